@@ -1,0 +1,37 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <thread>
+#include <vector>
+
+namespace leeway {
+
+/// Calls task(i) for i in [0, n) on at most `jobs` threads; the tasks share nothing that they write. All tasks are
+/// tried until one fails; then the exception of the lowest failed index is thrown, whatever the number of threads.
+template <typename Task>
+void parallel_for(std::size_t n, std::size_t jobs, const Task& task) {
+  std::vector<std::exception_ptr> failures(n);
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> failed{false};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < n && !failed; i = next++) {
+      try {
+        task(i);
+      } catch (...) {
+        failures[i] = std::current_exception();
+        failed = true;
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 1; k < std::min(jobs, n); ++k) threads.emplace_back(work);
+    work();
+  }
+  for (const auto& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace leeway

@@ -1,0 +1,195 @@
+#include "io/csv.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/errors.hpp"
+
+namespace leeway::io {
+namespace {
+
+constexpr std::size_t kChunk = 1 << 20;
+
+std::string_view trim(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+bool parse_number(std::string_view field, double& value) {
+  field = trim(field);
+  if (field.size() > 1 && field.front() == '+' && field[1] != '-') field.remove_prefix(1);
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  return error == std::errc() && end == field.data() + field.size() && std::isfinite(value);
+}
+
+CsvReader::CsvReader(const std::string& path) : file_(path) {
+  fd_ = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd_ < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
+  try {
+    fill();
+    if (end_ >= 3 && buffer_.compare(0, 3, "\xEF\xBB\xBF") == 0) begin_ = 3;
+    for (;;) {  // comments before the header
+      if (begin_ == end_ && !fill()) break;
+      if (buffer_[begin_] != '#') break;
+      std::size_t newline = 0;
+      while ((newline = buffer_.find('\n', begin_)) == std::string::npos || newline >= end_) {
+        if (!fill()) {
+          newline = end_ - 1;
+          break;
+        }
+      }
+      begin_ = newline + 1;
+      ++lines_read_;
+    }
+    std::vector<std::string_view> fields;
+    if (!next_record(fields)) throw InputError(file_, 1, "", "the file is empty; expected a header row");
+    for (const std::string_view field : fields) {
+      const std::string name{trim(field)};
+      if (name.empty()) throw InputError(file_, line_, "", fmt::format("column {} has no name", header_.size() + 1));
+      if (std::find(header_.begin(), header_.end(), name) != header_.end())
+        throw InputError(file_, line_, fmt::format("column '{}'", name), "stands twice");
+      header_.push_back(name);
+    }
+  } catch (...) {
+    if (fd_ != STDIN_FILENO) ::close(fd_);
+    throw;
+  }
+}
+
+CsvReader::~CsvReader() {
+  if (fd_ != STDIN_FILENO) ::close(fd_);
+}
+
+std::size_t CsvReader::column(std::string_view name) const {
+  const auto found = std::find(header_.begin(), header_.end(), name);
+  if (found == header_.end())
+    throw InputError(file_, 1, "", fmt::format("no column '{}'; found {}", name, fmt::join(header_, ", ")));
+  return static_cast<std::size_t>(found - header_.begin());
+}
+
+// Moves the unread rest to the front and appends what the file gives; false at its end.
+bool CsvReader::fill() {
+  if (at_end_) return false;
+  buffer_.erase(0, begin_);
+  end_ -= begin_;
+  begin_ = 0;
+  if (buffer_.size() < end_ + kChunk) buffer_.resize(end_ + kChunk);
+  for (;;) {
+    const ssize_t got = ::read(fd_, buffer_.data() + end_, buffer_.size() - end_);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw IoError(file_, fmt::format("cannot be read: {}", std::strerror(errno)));
+    if (got == 0) at_end_ = true;
+    end_ += static_cast<std::size_t>(got);
+    return got > 0;
+  }
+}
+
+bool CsvReader::next(std::vector<std::string_view>& fields) {
+  if (!next_record(fields)) return false;
+  if (fields.size() != header_.size())
+    throw InputError(file_, line_, "", fmt::format("expected {} fields, found {}", header_.size(), fields.size()));
+  return true;
+}
+
+bool CsvReader::next_record(std::vector<std::string_view>& fields) {
+  for (;;) {
+    // One record: up to the first line end outside quotes.
+    std::size_t search = begin_, length = 0;
+    bool complete = false, quoted = false;
+    std::size_t quotes_seen = 0;
+    while (!complete) {
+      const void* newline = search < end_ ? std::memchr(buffer_.data() + search, '\n', end_ - search) : nullptr;
+      if (newline != nullptr) {
+        length = static_cast<std::size_t>(static_cast<const char*>(newline) - buffer_.data()) - begin_;
+      } else {
+        const std::size_t searched = end_ - begin_;
+        if (fill()) {
+          search = begin_ + searched;
+          continue;
+        }
+        length = end_ - begin_;
+        if (length == 0) return false;
+      }
+      const std::string_view fresh(buffer_.data() + search, begin_ + length - search);
+      const auto quotes = static_cast<std::size_t>(std::count(fresh.begin(), fresh.end(), '"'));
+      quoted = quoted || quotes > 0;
+      quotes_seen += quotes;
+      if (newline == nullptr || quotes_seen % 2 == 0) {
+        complete = true;
+      } else {
+        search = begin_ + length + 1;  // the line end belongs to a quoted field
+      }
+    }
+    std::string_view record(buffer_.data() + begin_, length);
+    begin_ = std::min(begin_ + length + 1, end_);
+    line_ = lines_read_ + 1;
+    lines_read_ += 1 + (quoted ? static_cast<std::size_t>(std::count(record.begin(), record.end(), '\n')) : 0);
+    if (!record.empty() && record.back() == '\r') record.remove_suffix(1);
+    if (record.empty()) continue;
+    if (quotes_seen % 2 == 1) throw InputError(file_, line_, "", "a quotation mark is not closed");
+
+    fields.clear();
+    if (!quoted) {
+      for (;;) {
+        const void* comma = std::memchr(record.data(), ',', record.size());
+        if (comma == nullptr) break;
+        const auto width = static_cast<std::size_t>(static_cast<const char*>(comma) - record.data());
+        fields.push_back(record.substr(0, width));
+        record.remove_prefix(width + 1);
+      }
+      fields.push_back(record);
+      return true;
+    }
+    // Quoted fields are rare: their text is copied without the quotes.
+    unquoted_.clear();
+    unquoted_.reserve(record.size());
+    std::size_t start = 0;
+    bool inside = false;
+    for (std::size_t i = 0; i < record.size(); ++i) {
+      const char c = record[i];
+      if (c == '"' && inside && i + 1 < record.size() && record[i + 1] == '"') {
+        unquoted_ += '"';
+        ++i;
+      } else if (c == '"') {
+        inside = !inside;
+      } else if (c == ',' && !inside) {
+        fields.emplace_back(unquoted_.data() + start, unquoted_.size() - start);
+        start = unquoted_.size();
+      } else {
+        unquoted_ += c;
+      }
+    }
+    fields.emplace_back(unquoted_.data() + start, unquoted_.size() - start);
+    return true;
+  }
+}
+
+double CsvReader::number(std::string_view field, std::string_view column, std::string_view unit) const {
+  double value = 0.0;
+  if (parse_number(field, value)) return value;
+  throw InputError(file_, line_, fmt::format("column '{}'", column),
+                   fmt::format("expected a finite number{}, got '{}'", unit.empty() ? "" : fmt::format(" [{}]", unit),
+                               field.substr(0, 40)));
+}
+
+std::size_t CsvReader::count(std::string_view field, std::string_view column) const {
+  std::size_t value = 0;
+  const std::string_view digits = trim(field);
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error == std::errc() && end == digits.data() + digits.size()) return value;
+  throw InputError(file_, line_, fmt::format("column '{}'", column),
+                   fmt::format("expected a whole number >= 0, got '{}'", field.substr(0, 40)));
+}
+
+}  // namespace leeway::io

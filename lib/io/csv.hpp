@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace leeway::io {
+
+/// Reads CSV (RFC 4180, LF or CRLF, with or without a byte-order mark) row by row with a buffer of fixed size, so that
+/// a stream of any length needs no more memory than its longest row. Lines beginning with '#' before the header and
+/// empty lines are passed over.
+class CsvReader {
+ public:
+  /// Opens a file ("-": standard input) and reads the header. Throws IoError, or InputError for an empty file, an
+  /// empty or a repeated column name.
+  explicit CsvReader(const std::string& path);
+  ~CsvReader();
+  CsvReader(const CsvReader&) = delete;
+  CsvReader& operator=(const CsvReader&) = delete;
+
+  const std::string& file() const { return file_; }
+  const std::vector<std::string>& header() const { return header_; }
+  /// Position of a column; throws InputError that lists the columns found.
+  std::size_t column(std::string_view name) const;
+
+  /// The next row's fields, valid until the next call; false at the end. Throws InputError for a row with more or
+  /// fewer fields than the header.
+  bool next(std::vector<std::string_view>& fields);
+  /// Line of the row that next() gave, counted from 1 as an editor does.
+  std::size_t line() const { return line_; }
+
+  /// A field of the current row as a finite number; throws InputError that names the column and `unit`.
+  double number(std::string_view field, std::string_view column, std::string_view unit) const;
+  /// A field of the current row as a whole number >= 0.
+  std::size_t count(std::string_view field, std::string_view column) const;
+
+ private:
+  bool next_record(std::vector<std::string_view>& fields);
+  bool fill();
+
+  std::string file_;
+  int fd_ = -1;
+  std::vector<std::string> header_;
+  std::string buffer_;
+  std::size_t begin_ = 0, end_ = 0;
+  bool at_end_ = false;
+  std::size_t line_ = 0, lines_read_ = 0;
+  std::string unquoted_;
+};
+
+/// A finite number that fills the whole field (surrounding blanks allowed), the same in every locale.
+bool parse_number(std::string_view field, double& value);
+
+}  // namespace leeway::io

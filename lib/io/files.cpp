@@ -1,0 +1,153 @@
+#include "io/files.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <memory>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include "core/errors.hpp"
+
+namespace leeway::io {
+namespace fs = std::filesystem;
+namespace {
+
+std::string configs_folder() {
+  std::error_code error;
+  const fs::path executable = fs::read_symlink("/proc/self/exe", error);
+  return (executable.parent_path().parent_path() / "share/leeway/configs").string();
+}
+
+}  // namespace
+
+std::string read_text(const std::string& path) {
+  const bool is_stdin = path == "-";
+  const int fd = is_stdin ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
+  std::string text;
+  std::size_t size = 0;
+  for (;;) {
+    text.resize(std::max<std::size_t>(2 * size, 1 << 16));
+    const ssize_t got = ::read(fd, text.data() + size, text.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) {
+      const int error = errno;
+      if (!is_stdin) ::close(fd);
+      throw IoError(path, fmt::format("cannot be read: {}", std::strerror(error)));
+    }
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
+  }
+  if (!is_stdin) ::close(fd);
+  text.resize(size);
+  return text;
+}
+
+std::string sha256(std::string_view text) {
+  unsigned char digest[EVP_MAX_MD_SIZE];
+  unsigned int length = 0;
+  if (EVP_Digest(text.data(), text.size(), digest, &length, EVP_sha256(), nullptr) != 1)
+    throw std::runtime_error("SHA-256 is not available");
+  std::string hex;
+  for (unsigned int i = 0; i < length; ++i) hex += fmt::format("{:02x}", digest[i]);
+  return hex;
+}
+
+std::string sha256_of_file(const std::string& path) { return sha256(read_text(path)); }
+
+std::string stem(const std::string& path) { return path == "-" ? "stdin" : fs::path(path).stem().string(); }
+
+void make_directories(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw IoError(path, fmt::format("cannot be created: {}", error.message()));
+  if (!fs::is_directory(path, error)) throw IoError(path, "is not a folder");
+}
+
+std::vector<std::string> config_names(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(fs::path(configs_folder()) / folder, error))
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string find_config(const std::string& folder, const std::string& name_or_path) {
+  std::error_code error;
+  const bool looks_like_path = name_or_path.find('/') != std::string::npos || name_or_path.ends_with(".json");
+  if (looks_like_path || name_or_path == "-" || fs::is_regular_file(name_or_path, error)) return name_or_path;
+  const fs::path shipped = fs::path(configs_folder()) / folder / (name_or_path + ".json");
+  if (fs::exists(shipped, error)) return shipped.string();
+  throw UsageError(fmt::format("no file '{}', and no shipped configuration of that name in configs/{}; shipped: {}",
+                               name_or_path, folder, fmt::join(config_names(folder), ", ")));
+}
+
+OutputFile::OutputFile(const std::string& path) : path_(path) {
+  if (path == "-") {
+    file_ = stdout;
+    return;
+  }
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status)) throw IoError(path, "is a folder, expected a file");
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    file_ = std::fopen(path.c_str(), "wb");
+    if (file_ == nullptr) fail(errno);
+    return;
+  }
+  // A link keeps pointing to its target: the temporary file lies beside the target.
+  const fs::path target = fs::exists(status) ? fs::canonical(path, error) : fs::path(path);
+  target_ = error ? path : target.string();
+  if (fs::exists(status) && ::access(target_.c_str(), W_OK) != 0) fail(errno);
+  temporary_ = fmt::format("{}.{}.tmp", target_, ::getpid());
+  file_ = std::fopen(temporary_.c_str(), "wb");
+  if (file_ == nullptr) {
+    temporary_.clear();
+    fail(errno);
+  }
+}
+
+OutputFile::~OutputFile() {
+  if (file_ != nullptr && file_ != stdout) std::fclose(file_);
+  if (!temporary_.empty()) std::remove(temporary_.c_str());
+}
+
+void OutputFile::fail(int error_number) {
+  if (error_number == EPIPE) throw BrokenPipe();
+  throw IoError(path_ == "-" ? "standard output" : path_,
+                fmt::format("cannot be written: {}", std::strerror(error_number)));
+}
+
+void OutputFile::write(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail(errno);
+}
+
+void OutputFile::commit() {
+  if (std::fflush(file_) != 0) fail(errno);
+  if (file_ == stdout) {
+    file_ = nullptr;
+    return;
+  }
+  if (!temporary_.empty() && ::fsync(::fileno(file_)) != 0) fail(errno);
+  std::FILE* closing = file_;
+  file_ = nullptr;
+  if (std::fclose(closing) != 0) fail(errno);
+  if (temporary_.empty()) return;
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+  temporary_.clear();
+}
+
+void write_text(const std::string& path, std::string_view text) {
+  OutputFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+}  // namespace leeway::io

@@ -1,0 +1,206 @@
+#include "io/json.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/errors.hpp"
+#include "io/files.hpp"
+
+namespace leeway::io {
+namespace {
+
+std::string describe(const Json& value) {
+  std::string text = value.dump();
+  if (text.size() > 40) text = text.substr(0, 37) + "...";
+  return text;
+}
+
+std::string describe(Bounds bounds) {
+  const bool low = std::isfinite(bounds.low), high = std::isfinite(bounds.high);
+  if (low && high) return fmt::format(" from {} to {}", bounds.low, bounds.high);
+  if (low) return fmt::format(" {} {}", bounds.open_low ? ">" : ">=", bounds.low);
+  if (high) return fmt::format(" <= {}", bounds.high);
+  return "";
+}
+
+bool within(double x, Bounds bounds) {
+  return std::isfinite(x) && x >= bounds.low && x <= bounds.high && !(bounds.open_low && x == bounds.low);
+}
+
+// Line and column, as an editor counts them, of the byte before `offset`.
+std::pair<std::size_t, std::size_t> line_and_column(const std::string& text, std::size_t offset) {
+  const std::size_t end = std::min(offset > 0 ? offset - 1 : 0, text.size());
+  const std::size_t line = 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + end, '\n'));
+  const std::size_t start = end == 0 ? std::string::npos : text.rfind('\n', end - 1);
+  return {line, start == std::string::npos ? end + 1 : end - start};
+}
+
+}  // namespace
+
+Json parse_json(const std::string& text, const std::string& name) {
+  std::vector<std::set<std::string>> open_objects;
+  std::string twice;
+  const auto note_keys = [&](int, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::object_start) open_objects.emplace_back();
+    if (event == Json::parse_event_t::object_end) open_objects.pop_back();
+    if (event == Json::parse_event_t::key && !open_objects.back().insert(parsed.get<std::string>()).second &&
+        twice.empty())
+      twice = parsed.get<std::string>();
+    return true;
+  };
+  try {
+    Json json = Json::parse(text, note_keys);
+    if (!twice.empty()) throw InputError(name, fmt::format("key '{}' stands twice in one object", twice));
+    return json;
+  } catch (const nlohmann::json::parse_error& error) {
+    const auto [line, column] = line_and_column(text, error.byte);
+    std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line 1, column 2: reason"
+    const std::size_t reason = what.find(": ");
+    if (reason != std::string::npos) what = what.substr(reason + 2);
+    if (text.find_first_not_of(" \t\r\n") == std::string::npos) what = "the file is empty";
+    throw InputError(fmt::format("{}:{}:{}", name, line, column), "not valid JSON: " + what);
+  }
+}
+
+Json read_json(const std::string& path) { return parse_json(read_text(path), path); }
+
+std::string to_text(const Json& json) { return json.dump(2) + "\n"; }
+
+JsonObject::JsonObject(const Json& value, std::string file, std::string pointer)
+    : value_(&value), file_(std::move(file)), pointer_(std::move(pointer)) {
+  if (!value.is_object())
+    throw InputError(file_, 0, pointer_, fmt::format("expected an object, got {}", describe(value)));
+}
+
+bool JsonObject::has(const std::string& key) const {
+  asked_.insert(key);
+  return value_->contains(key);
+}
+
+void JsonObject::fail(const std::string& key, const std::string& problem) const {
+  throw InputError(file_, 0, pointer(key), problem);
+}
+
+const Json& JsonObject::require(const std::string& key, const std::string& expected) const {
+  if (has(key)) return (*value_)[key];
+  // A misspelled key is the likelier story than a forgotten one: name the keys that are there and not known.
+  std::vector<std::string> unknown;
+  for (const auto& item : value_->items())
+    if (!asked_.contains(item.key())) unknown.push_back(item.key());
+  fail(key, fmt::format("missing, expected {}{}", expected,
+                        unknown.empty() ? "" : fmt::format("; not yet read here: {}", fmt::join(unknown, ", "))));
+}
+
+double JsonObject::number(const std::string& key, Bounds bounds) const {
+  const std::string expected = "a number" + describe(bounds);
+  const Json& v = require(key, expected);
+  if (!v.is_number() || !within(v.get<double>(), bounds))
+    fail(key, fmt::format("expected {}, got {}", expected, describe(v)));
+  return v.get<double>();
+}
+
+double JsonObject::number_or(const std::string& key, double otherwise, Bounds bounds) const {
+  return has(key) ? number(key, bounds) : otherwise;
+}
+
+long JsonObject::integer(const std::string& key, Bounds bounds) const {
+  const std::string expected = "a whole number" + describe(bounds);
+  const Json& v = require(key, expected);
+  if (!v.is_number_integer() || !within(v.get<double>(), bounds))
+    fail(key, fmt::format("expected {}, got {}", expected, describe(v)));
+  return v.get<long>();
+}
+
+long JsonObject::integer_or(const std::string& key, long otherwise, Bounds bounds) const {
+  return has(key) ? integer(key, bounds) : otherwise;
+}
+
+bool JsonObject::flag_or(const std::string& key, bool otherwise) const {
+  if (!has(key)) return otherwise;
+  const Json& v = (*value_)[key];
+  if (!v.is_boolean()) fail(key, fmt::format("expected true or false, got {}", describe(v)));
+  return v.get<bool>();
+}
+
+std::string JsonObject::text(const std::string& key) const {
+  const Json& v = require(key, "a text");
+  if (!v.is_string()) fail(key, fmt::format("expected a text, got {}", describe(v)));
+  return v.get<std::string>();
+}
+
+std::string JsonObject::text_or(const std::string& key, const std::string& otherwise) const {
+  return has(key) ? text(key) : otherwise;
+}
+
+std::string JsonObject::word(const std::string& key, const std::vector<std::string>& words) const {
+  const std::string found = text(key);
+  if (std::find(words.begin(), words.end(), found) == words.end())
+    fail(key, fmt::format("unknown '{}'; known: {}", found, fmt::join(words, ", ")));
+  return found;
+}
+
+std::vector<double> JsonObject::numbers(const std::string& key) const {
+  const Json& v = require(key, "an array of numbers");
+  if (!v.is_array()) fail(key, fmt::format("expected an array of numbers, got {}", describe(v)));
+  std::vector<double> result;
+  for (const Json& item : v) {
+    if (!item.is_number() || !std::isfinite(item.get<double>()))
+      fail(fmt::format("{}/{}", key, result.size()), fmt::format("expected a number, got {}", describe(item)));
+    result.push_back(item.get<double>());
+  }
+  return result;
+}
+
+std::vector<double> JsonObject::numbers(const std::string& key, std::size_t n) const {
+  std::vector<double> result = numbers(key);
+  if (result.size() != n) fail(key, fmt::format("expected {} numbers, got {}", n, result.size()));
+  return result;
+}
+
+std::vector<std::string> JsonObject::texts(const std::string& key) const {
+  const Json& v = require(key, "an array of texts");
+  if (!v.is_array()) fail(key, fmt::format("expected an array of texts, got {}", describe(v)));
+  std::vector<std::string> result;
+  for (const Json& item : v) {
+    if (!item.is_string())
+      fail(fmt::format("{}/{}", key, result.size()), fmt::format("expected a text, got {}", describe(item)));
+    result.push_back(item.get<std::string>());
+  }
+  return result;
+}
+
+JsonObject JsonObject::object(const std::string& key) const {
+  return JsonObject(require(key, "an object"), file_, pointer(key));
+}
+
+std::optional<JsonObject> JsonObject::object_if(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  return object(key);
+}
+
+std::vector<JsonObject> JsonObject::objects(const std::string& key) const {
+  const Json& v = require(key, "an array of objects");
+  if (!v.is_array()) fail(key, fmt::format("expected an array of objects, got {}", describe(v)));
+  std::vector<JsonObject> result;
+  for (const Json& item : v) result.emplace_back(item, file_, fmt::format("{}/{}", pointer(key), result.size()));
+  return result;
+}
+
+std::vector<std::string> JsonObject::keys() const {
+  std::vector<std::string> result;
+  for (const auto& item : value_->items()) result.push_back(item.key());
+  return result;
+}
+
+const Json& JsonObject::value(const std::string& key) const { return require(key, "a value"); }
+
+void JsonObject::check_all_known() const {
+  for (const auto& item : value_->items())
+    if (!asked_.contains(item.key()))
+      fail(item.key(), fmt::format("unknown key; known here: {}", fmt::join(asked_, ", ")));
+}
+
+}  // namespace leeway::io

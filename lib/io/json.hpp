@@ -1,0 +1,77 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace leeway::io {
+
+using Json = nlohmann::ordered_json;
+
+/// Reads a JSON file ("-": standard input). Throws IoError, or InputError with line and column for bad syntax and for
+/// a key that stands twice in one object.
+Json read_json(const std::string& path);
+
+/// Parses a JSON text; `name` stands in the messages.
+Json parse_json(const std::string& text, const std::string& name);
+
+/// Two-space indented text with a line end.
+std::string to_text(const Json& json);
+
+/// The numbers that a key may have. Bounds themselves are allowed unless `open_low`.
+struct Bounds {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool open_low = false;
+};
+inline constexpr Bounds kPositive{0.0, std::numeric_limits<double>::infinity(), true};
+inline constexpr Bounds kNotNegative{0.0, std::numeric_limits<double>::infinity(), false};
+
+/// A checked view of one JSON object: a value that is missing, of the wrong type or out of bounds throws InputError
+/// with the file and the JSON pointer; so does check_all_known() if there is a key that nobody asked for.
+/// The unit of a number is part of its key.
+class JsonObject {
+ public:
+  JsonObject(const Json& value, std::string file, std::string pointer = "");
+
+  const std::string& file() const { return file_; }
+  std::string pointer(const std::string& key) const { return pointer_ + "/" + key; }
+  bool has(const std::string& key) const;
+
+  double number(const std::string& key, Bounds bounds = {}) const;
+  double number_or(const std::string& key, double otherwise, Bounds bounds = {}) const;
+  long integer(const std::string& key, Bounds bounds = {}) const;
+  long integer_or(const std::string& key, long otherwise, Bounds bounds = {}) const;
+  bool flag_or(const std::string& key, bool otherwise) const;
+  std::string text(const std::string& key) const;
+  std::string text_or(const std::string& key, const std::string& otherwise) const;
+  /// One of the given words.
+  std::string word(const std::string& key, const std::vector<std::string>& words) const;
+  std::vector<double> numbers(const std::string& key) const;                 ///< any length
+  std::vector<double> numbers(const std::string& key, std::size_t n) const;  ///< exactly n
+  std::vector<std::string> texts(const std::string& key) const;
+  JsonObject object(const std::string& key) const;
+  std::optional<JsonObject> object_if(const std::string& key) const;  ///< nothing if absent
+  std::vector<JsonObject> objects(const std::string& key) const;      ///< an array of objects
+  std::vector<std::string> keys() const;
+  const Json& value(const std::string& key) const;  ///< as it is; counts as asked for
+
+  /// Throws for a key that was never asked for: a misspelled coefficient must not become a silent zero.
+  void check_all_known() const;
+
+  /// Throws an InputError that points to `key`.
+  [[noreturn]] void fail(const std::string& key, const std::string& problem) const;
+
+ private:
+  const Json& require(const std::string& key, const std::string& expected) const;
+
+  const Json* value_;
+  std::string file_, pointer_;
+  mutable std::set<std::string> asked_;
+};
+
+}  // namespace leeway::io

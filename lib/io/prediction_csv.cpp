@@ -1,0 +1,69 @@
+#include "io/prediction_csv.hpp"
+
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "core/units.hpp"
+
+namespace leeway::io {
+namespace {
+
+constexpr const char* kColumns[] = {"recording", "sequence", "step",    "t_s",   "particle", "member",
+                                    "x0_m",      "y0_m",     "psi_deg", "u_mps", "vm_mps",   "r_degps"};
+constexpr std::size_t kFlushAt = 1 << 18;
+
+}  // namespace
+
+PredictionWriter::PredictionWriter(const std::string& path) : file_(path) {
+  for (const char* column : kColumns) buffer_ += (buffer_.empty() ? "" : ",") + std::string(column);
+  buffer_ += '\n';
+}
+
+void PredictionWriter::write(const PredictionRow& row) {
+  const bool quote = row.recording.find_first_of(",\"\n\r") != std::string_view::npos;
+  if (quote) {
+    buffer_ += '"';
+    for (const char c : row.recording) buffer_ += c == '"' ? std::string("\"\"") : std::string(1, c);
+    buffer_ += '"';
+  } else {
+    buffer_ += row.recording;
+  }
+  fmt::format_to(std::back_inserter(buffer_), ",{},{},{},{},{},{},{},{},{},{},{}\n", row.sequence, row.step, row.t_s,
+                 row.particle, row.member, row.eta(0), row.eta(1), rad_to_deg(row.eta(2)), row.nu(0), row.nu(1),
+                 rad_to_deg(row.nu(2)));
+  if (buffer_.size() > kFlushAt) flush();
+}
+
+void PredictionWriter::flush() {
+  file_.write(buffer_);
+  buffer_.clear();
+}
+
+void PredictionWriter::commit() {
+  flush();
+  file_.commit();
+}
+
+PredictionReader::PredictionReader(const std::string& path) : csv_(path) {
+  for (std::size_t i = 0; i < std::size(kColumns); ++i) index_[i] = csv_.column(kColumns[i]);
+}
+
+bool PredictionReader::next(PredictionRow& row) {
+  if (!csv_.next(fields_)) return false;
+  const auto count = [&](std::size_t i) { return csv_.count(fields_[index_[i]], kColumns[i]); };
+  const auto number = [&](std::size_t i, const char* unit) {
+    return csv_.number(fields_[index_[i]], kColumns[i], unit);
+  };
+  row.recording = fields_[index_[0]];
+  row.sequence = count(1);
+  row.step = count(2);
+  row.t_s = number(3, "s");
+  row.particle = count(4);
+  row.member = count(5);
+  row.eta = {number(6, "m"), number(7, "m"), deg_to_rad(number(8, "deg"))};
+  row.nu = {number(9, "m/s"), number(10, "m/s"), deg_to_rad(number(11, "deg/s"))};
+  return true;
+}
+
+}  // namespace leeway::io

@@ -1,0 +1,199 @@
+#include "recording/samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/errors.hpp"
+#include "core/wind.hpp"
+
+namespace leeway {
+namespace {
+
+constexpr double kSameTime = 1e-6;    // of a step: below it, a grid time and a sample time are the same
+constexpr double kLongestHole = 1.5;  // steps
+
+double median_step(const std::vector<double>& t) {
+  if (t.size() < 2) return 0.0;
+  std::vector<double> steps(t.size() - 1);
+  for (std::size_t i = 0; i + 1 < t.size(); ++i) steps[i] = t[i + 1] - t[i];
+  std::nth_element(steps.begin(), steps.begin() + steps.size() / 2, steps.end());
+  return steps[steps.size() / 2];
+}
+
+struct Grid {
+  const std::vector<double>& t;
+  double dt_s, longest_hole_s;
+  std::size_t points;
+  double at(std::size_t k) const { return t.front() + static_cast<double>(k) * dt_s; }
+  // First sample that is not before `time` (within rounding).
+  std::size_t first_from(double time) const {
+    return static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), time - kSameTime * dt_s) - t.begin());
+  }
+};
+
+// The value at each grid time, linear between the finite samples around it; NaN in a hole.
+std::vector<double> at_grid_times(const Grid& grid, const std::vector<double>& values) {
+  std::vector<double> result(grid.points, kMissing);
+  for (std::size_t k = 0; k < grid.points; ++k) {
+    const double time = grid.at(k);
+    std::size_t after = grid.first_from(time);
+    while (after < values.size() && std::isnan(values[after]) && grid.t[after] - time <= grid.longest_hole_s) ++after;
+    if (after < values.size() && std::abs(grid.t[after] - time) <= kSameTime * grid.dt_s) {
+      result[k] = values[after];
+      continue;
+    }
+    std::size_t before = grid.first_from(time);
+    while (before > 0 && std::isnan(values[before - 1]) && time - grid.t[before - 1] <= grid.longest_hole_s) --before;
+    if (before == 0 || after == values.size()) continue;
+    const double t0 = grid.t[before - 1], t1 = grid.t[after];
+    if (t1 - t0 > grid.longest_hole_s) continue;
+    result[k] = values[before - 1] + (values[after] - values[before - 1]) * (time - t0) / (t1 - t0);
+  }
+  return result;
+}
+
+// The mean of the finite samples in [t(k) + from, t(k) + to); where there is none, NaN.
+std::vector<double> means(const Grid& grid, const std::vector<double>& values, double from_s, double to_s) {
+  std::vector<double> result(grid.points, kMissing);
+  for (std::size_t k = 0; k < grid.points; ++k) {
+    const std::size_t begin = grid.first_from(grid.at(k) + from_s), end = grid.first_from(grid.at(k) + to_s);
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = begin; i < end; ++i)
+      if (!std::isnan(values[i])) {
+        sum += values[i];
+        ++count;
+      }
+    if (count > 0) result[k] = sum / static_cast<double>(count);
+  }
+  return result;
+}
+
+// Inputs act until the next sample comes: a value is held over a hole that is not too long.
+std::vector<double> held_means(const Grid& grid, const std::vector<double>& values) {
+  std::vector<double> result = means(grid, values, 0.0, grid.dt_s);
+  for (std::size_t k = 0; k < grid.points; ++k) {
+    if (!std::isnan(result[k])) continue;
+    const double time = grid.at(k);
+    std::size_t before = grid.first_from(time);
+    while (before > 0 && std::isnan(values[before - 1]) && time - grid.t[before - 1] <= grid.longest_hole_s) --before;
+    if (before > 0 && time - grid.t[before - 1] <= grid.longest_hole_s) result[k] = values[before - 1];
+  }
+  return result;
+}
+
+// The true wind of each raw sample as from-vector in earth axes.
+std::array<std::vector<double>, 2> raw_true_wind(const Trajectory& trajectory) {
+  const std::size_t n = trajectory.size();
+  std::array<std::vector<double>, 2> wind{std::vector<double>(n), std::vector<double>(n)};
+  const bool is_true = trajectory.has(Channel::wind_speed) && trajectory.has(Channel::wind_dir);
+  for (std::size_t i = 0; i < n; ++i) {
+    Vec2<double> w;
+    if (is_true) {
+      w = wind_from_vector(trajectory[Channel::wind_speed][i], trajectory[Channel::wind_dir][i]);
+    } else {
+      const Vec2<double> apparent =
+          wind_from_vector(trajectory[Channel::app_wind_speed][i], trajectory[Channel::app_wind_dir][i]);
+      w = true_wind_from_apparent(apparent, trajectory[Channel::psi][i], trajectory[Channel::u][i],
+                                  trajectory[Channel::vm][i]);
+    }
+    wind[0][i] = w(0);
+    wind[1][i] = w(1);
+  }
+  return wind;
+}
+
+}  // namespace
+
+std::vector<Samples> resample(const Trajectory& trajectory, std::span<const Channel> actuators, bool with_wind,
+                              double dt_s, StateResampling resampling) {
+  const auto require = [&](Channel channel) -> const std::vector<double>& {
+    if (!trajectory.has(channel))
+      throw InputError(trajectory.file, 1, "", "no column '" + column_name(channel) + "', which is needed here");
+    return trajectory[channel];
+  };
+  if (with_wind && !trajectory.has_wind())
+    throw InputError(trajectory.file, 1, "",
+                     "no wind: expected the columns wind_speed_mps and wind_dir_deg, or app_wind_speed_mps and "
+                     "app_wind_dir_deg");
+  if (with_wind) require(Channel::psi);
+
+  const std::vector<double>& t = trajectory[Channel::t];
+  if (t.size() < 2) return {};
+  const double hole = kLongestHole * std::max(dt_s, median_step(t));
+  const Grid grid{t, dt_s, hole, static_cast<std::size_t>((t.back() - t.front()) / dt_s + kSameTime) + 1};
+
+  const auto state = [&](Channel channel) {
+    const std::vector<double>& values = trajectory[channel];
+    if (resampling == StateResampling::decimate) return at_grid_times(grid, values);
+    return means(grid, values, -0.5 * dt_s, 0.5 * dt_s);
+  };
+  std::vector<std::vector<double>> rows;
+  for (const Channel channel : {Channel::u, Channel::vm, Channel::r}) {
+    require(channel);
+    rows.push_back(state(channel));
+  }
+  const bool has_heading = trajectory.has(Channel::psi);
+  const bool has_position = has_heading && trajectory.has(Channel::x0) && trajectory.has(Channel::y0);
+  if (has_heading) rows.push_back(state(Channel::psi));
+  if (has_position) {
+    rows.push_back(state(Channel::x0));
+    rows.push_back(state(Channel::y0));
+  }
+  const std::size_t first_actuator = rows.size();
+  for (const Channel channel : actuators) rows.push_back(held_means(grid, require(channel)));
+  if (with_wind)
+    for (const std::vector<double>& component : raw_true_wind(trajectory)) rows.push_back(held_means(grid, component));
+
+  std::vector<Samples> stretches;
+  const auto complete = [&](std::size_t k) {
+    return std::none_of(rows.begin(), rows.end(), [k](const auto& row) { return std::isnan(row[k]); });
+  };
+  for (std::size_t begin = 0; begin < grid.points;) {
+    std::size_t end = begin;
+    while (end < grid.points && complete(end)) ++end;
+    if (end - begin >= 2) {
+      const auto n = static_cast<Eigen::Index>(end - begin);
+      const auto row = [&](std::size_t i) { return Eigen::Map<const Eigen::RowVectorXd>(rows[i].data() + begin, n); };
+      Samples s;
+      s.recording = trajectory.name;
+      s.file = trajectory.file;
+      s.t0_s = grid.at(begin);
+      s.dt_s = dt_s;
+      s.has_position = has_position;
+      s.has_heading = has_heading;
+      s.eta = Eigen::Matrix3Xd::Zero(3, n);
+      s.nu.resize(3, n);
+      for (int i = 0; i < 3; ++i) s.nu.row(i) = row(i);
+      if (has_heading) s.eta.row(2) = row(3);
+      if (has_position) {
+        s.eta.row(0) = row(4);
+        s.eta.row(1) = row(5);
+      }
+      s.actuators.resize(static_cast<Eigen::Index>(actuators.size()), n);
+      for (std::size_t a = 0; a < actuators.size(); ++a)
+        s.actuators.row(static_cast<Eigen::Index>(a)) = row(first_actuator + a);
+      s.true_wind = Eigen::Matrix2Xd::Zero(2, n);
+      if (with_wind)
+        for (int i = 0; i < 2; ++i) s.true_wind.row(i) = row(first_actuator + actuators.size() + i);
+      stretches.push_back(std::move(s));
+    }
+    begin = end + 1;
+  }
+  return stretches;
+}
+
+std::vector<Range> training_windows(Eigen::Index points, Eigen::Index K) {
+  if (points <= K) return points > 0 ? std::vector<Range>{{0, points}} : std::vector<Range>{};
+  std::vector<Range> windows = test_sequences(points, K);
+  if (windows.back().begin + K < points) windows.push_back({points - K, K});
+  return windows;
+}
+
+std::vector<Range> test_sequences(Eigen::Index points, Eigen::Index K) {
+  std::vector<Range> sequences;
+  for (Eigen::Index begin = 0; begin + K <= points; begin += K) sequences.push_back({begin, K});
+  return sequences;
+}
+
+}  // namespace leeway

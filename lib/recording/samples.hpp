@@ -1,0 +1,56 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/types.hpp"
+#include "recording/trajectory.hpp"
+
+namespace leeway {
+
+/// A stretch of a recording without gaps on an equidistant time grid; column k belongs to t_s(k).
+struct Samples {
+  std::string recording;  ///< name of the trajectory
+  std::string file;       ///< for messages
+  double t0_s = 0.0, dt_s = 0.0;
+  bool has_position = false, has_heading = false;
+  Eigen::Matrix3Xd eta;        ///< (x0 [m], y0 [m], psi [rad]) at t(k), zero where the recording has none
+  Eigen::Matrix3Xd nu;         ///< (u, v_m [m/s], r [rad/s]) at t(k)
+  Eigen::MatrixXd actuators;   ///< one row per requested channel, what acts from t(k) to t(k+1)
+  Eigen::Matrix2Xd true_wind;  ///< from-vector in earth axes [m/s], from t(k) to t(k+1); zero where not requested
+
+  Eigen::Index size() const { return nu.cols(); }
+  double t_s(Eigen::Index k) const { return t0_s + static_cast<double>(k) * dt_s; }
+};
+
+enum class StateResampling {
+  decimate,  ///< the state at t(k), linear between the two samples around it
+  average    ///< the mean of the samples within half a step of t(k)
+};
+
+/// Puts a recording on the grid t(k) = first time + k dt_s, and splits it where samples are missing.
+///
+/// States are taken as `resampling` says. Actuators and wind are means over [t(k), t(k+1)), so that a zero-order hold
+/// keeps their effect; the mean of wind is that of its vector. An apparent wind alone is turned into the true wind
+/// with the recorded heading and velocity. A hole of at most 1.5 steps (of the grid or of the recording, whichever is
+/// longer) is bridged: states linearly, inputs by holding; a longer one ends the stretch. Stretches shorter than two
+/// points are left out.
+///   actuators  channels to sample; a missing one is an InputError
+///   with_wind  whether the wind is needed; its absence (or that of the heading) is then an InputError
+std::vector<Samples> resample(const Trajectory& trajectory, std::span<const Channel> actuators, bool with_wind,
+                              double dt_s, StateResampling resampling = StateResampling::decimate);
+
+/// A run of points of one Samples.
+struct Range {
+  Eigen::Index begin = 0, size = 0;
+};
+
+/// Training windows: K points each, side by side; the last one is moved back to end with the data and so overlaps its
+/// neighbor. Fewer than K points make one window of their own length. Every point is in a window.
+std::vector<Range> training_windows(Eigen::Index points, Eigen::Index K);
+
+/// Test sequences: K points each, side by side, never overlapping; a rest shorter than K is in none.
+std::vector<Range> test_sequences(Eigen::Index points, Eigen::Index K);
+
+}  // namespace leeway
