@@ -12,15 +12,13 @@ namespace leeway {
 ///   item    "column 'u_mps'", a JSON pointer "/hull/L_pp_m", or empty
 ///   problem what was expected, with its unit, and what was found
 struct InputError : std::runtime_error {
-  InputError(const std::string& file, std::size_t line, const std::string& item, const std::string& problem)
-      : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " +
-                           (item.empty() ? "" : item + ": ") + problem) {}
-  InputError(const std::string& file, const std::string& problem) : InputError(file, 0, "", problem) {}
+  InputError(const std::string& file, std::size_t line, const std::string& item, const std::string& problem);
+  InputError(const std::string& file, const std::string& problem);
 };
 
 /// A file cannot be read or written. Exit code 4.
 struct IoError : std::runtime_error {
-  IoError(const std::string& file, const std::string& problem) : std::runtime_error(file + ": " + problem) {}
+  IoError(const std::string& file, const std::string& problem);
 };
 
 /// The reader of a pipe has gone: end quietly.

@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <atomic>
+#include <numeric>
+#include <vector>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "cli/options.hpp"
+#include "cli/progress.hpp"
+#include "core/errors.hpp"
+#include "ensemble/ensemble_training.hpp"
+#include "io/dataset_json.hpp"
+#include "io/files.hpp"
+
+using namespace leeway;
+
+namespace {
+
+struct Options {
+  std::vector<std::string> recordings;
+  std::string config = "model-scale", output, columns, kernel = "auto";
+  int members = 0, member = -1, epochs = 0;
+  bool resume = false, no_initial_state_net = false;
+  double checkpoint_s = 30.0;
+  cli::CommonOptions common;
+};
+
+void add_options(CLI::App& app, Options& o) {
+  app.add_option("recordings", o.recordings, "training trajectories: CSV files, dataset.json or dataset.json#SET")
+      ->required();
+  app.add_option("--config", o.config, "training config: a JSON file or the name of a shipped one")
+      ->capture_default_str();
+  app.add_option("--members", o.members, "members of the ensemble (default: the config's)")->check(cli::at_least(1));
+  app.add_option("--epochs", o.epochs, "passes over the data (default: the config's)")->check(cli::at_least(1));
+  app.add_option("-o,--output", o.output, "model directory")->required();
+  app.add_option("--member", o.member, "train this member alone, counted from 0, as another process trains the others")
+      ->check(cli::not_negative());
+  app.add_flag("--resume", o.resume, "keep finished members and go on from checkpoints");
+  app.add_flag("--no-initial-state-net", o.no_initial_state_net, "start each window from the observed state");
+  app.add_option("--columns", o.columns, "columns map for foreign recordings: a JSON file or a shipped name");
+  app.add_option("--checkpoint-s", o.checkpoint_s, "seconds between checkpoints; 0: after every epoch")
+      ->check(cli::not_negative())
+      ->capture_default_str();
+  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable; members are bit-identical on one kernel")
+      ->capture_default_str();
+  cli::add_common_options(app, o.common);
+}
+
+// The folder's ensemble.json: new, or the one that this run belongs to.
+ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, const ensemble::TrainingData& data,
+                                     const std::vector<Trajectory>& recordings) {
+  std::vector<ensemble::TrainingFile> files;
+  std::vector<std::string> paths;
+  for (const Trajectory& r : recordings) {
+    files.push_back({r.file, io::sha256_of_file(r.file), r.size()});
+    paths.push_back(r.file);
+  }
+  const ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));
+  io::make_directories(o.output);
+  const auto existing = ensemble::read_header(o.output, true);
+  const bool continues = o.resume || o.member >= 0;
+  if (existing && continues && existing->training_id != header.training_id)
+    throw UsageError(
+        fmt::format("{} holds an ensemble of other data, settings or seed; choose another folder, or train "
+                    "anew without --resume and --member",
+                    o.output));
+  if (existing && !continues) ensemble::remove_members(o.output);
+  if (!existing || !continues || existing->config.members != header.config.members)
+    ensemble::write_header(o.output, header,
+                           cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s"}));
+  return header;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Options o;
+  CLI::App app{"Train an ensemble of feedforward networks on trajectories, by maximum likelihood through a rollout.",
+               "ens-train"};
+  add_options(app, o);
+  if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
+
+  ensemble::TrainingConfig config = ensemble::read_training_config(o.config);
+  if (o.members > 0) config.members = o.members;
+  if (o.epochs > 0) config.epochs = o.epochs;
+  if (o.no_initial_state_net) config.initial_state_net = false;
+  if (o.member >= config.members)
+    throw UsageError(fmt::format("--member {}: expected 0 to {}, one of the {} members", o.member, config.members - 1,
+                                 config.members));
+  const nn::Kernels<float>& kernels = nn::kernels(o.kernel);
+
+  std::vector<std::string> paths;
+  for (const io::RecordingFile& file : io::expand_recordings(o.recordings)) paths.push_back(file.path);
+  const std::vector<Trajectory> recordings = cli::read_recordings(paths, o.columns, o.common.jobs);
+  const ensemble::TrainingData data = ensemble::prepare_training_data(recordings, config);
+  cli::warn_all(data.notices);
+  const ensemble::EnsembleHeader header = open_folder(o, app, data, recordings);
+
+  ensemble::EnsembleTraining training{o.output, {}, o.resume, o.checkpoint_s, o.common.jobs};
+  training.members.resize(o.member >= 0 ? 1 : static_cast<std::size_t>(config.members), std::max(0, o.member));
+  if (o.member < 0) std::iota(training.members.begin(), training.members.end(), 0);
+
+  std::vector<std::atomic<int>> epochs(static_cast<std::size_t>(config.members));
+  std::vector<std::atomic<double>> losses(static_cast<std::size_t>(config.members));
+  {
+    cli::Progress progress(
+        fmt::format("ens-train: {} member{}", training.members.size(), training.members.size() == 1 ? "" : "s"),
+        static_cast<double>(training.members.size()) * config.epochs, o.common);
+    const auto report = [&](int member, int done, double loss) {
+      const int before = epochs[static_cast<std::size_t>(member)].exchange(done);
+      losses[static_cast<std::size_t>(member)] = loss;
+      if (done - before > 1) progress.skip(done - before);
+      double sum = 0.0;
+      for (const auto& e : epochs) sum += e;
+      progress.update(sum, fmt::format("member {} epoch {} loss {:.4g}", member, done, loss));
+    };
+    cli::warn_all(ensemble::train_ensemble(data, header, training, kernels, report));
+  }
+  double mean_loss = 0.0;
+  for (const int member : training.members)
+    mean_loss += losses[static_cast<std::size_t>(member)] / static_cast<double>(training.members.size());
+  spdlog::info("{}: {} member{} trained on {} windows, mean loss {:.4g} (noise alone gives 3)", o.output,
+               training.members.size(), training.members.size() == 1 ? "" : "s", data.windows.size(), mean_loss);
+  return cli::kOk;
+} catch (...) {
+  return cli::report_current_exception("ens-train");
+}

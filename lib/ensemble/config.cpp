@@ -1,0 +1,87 @@
+#include "ensemble/config.hpp"
+
+#include "core/units.hpp"
+#include "io/files.hpp"
+
+namespace leeway::ensemble {
+namespace {
+
+constexpr double kMany = 1e9;
+
+int whole(const io::JsonObject& object, const std::string& key, int otherwise, double low) {
+  return static_cast<int>(object.integer_or(key, otherwise, {low, kMany}));
+}
+
+}  // namespace
+
+TrainingConfig training_config_from(const io::JsonObject& object) {
+  TrainingConfig c;
+  for (const char* note : {"description", "source"}) object.text_or(note, "");
+  c.time_step_s = object.number_or("time_step_s", c.time_step_s, io::kPositive);
+  c.steps = whole(object, "steps", c.steps, 2);
+  c.initial_state_steps = whole(object, "initial_state_steps", c.initial_state_steps, 1);
+  c.hidden_layers = whole(object, "hidden_layers", c.hidden_layers, 1);
+  if (c.hidden_layers > 16) object.fail("hidden_layers", "expected a whole number from 1 to 16");
+  c.hidden_units = whole(object, "hidden_units", c.hidden_units, 1);
+  if (object.has("activation")) object.word("activation", {"tanh"});
+  if (const auto sigma = object.object_if("sigma")) {
+    c.sigma(0) = sigma->number_or("u_mps", c.sigma(0), io::kPositive);
+    c.sigma(1) = sigma->number_or("vm_mps", c.sigma(1), io::kPositive);
+    c.sigma(2) = deg_to_rad(sigma->number_or("r_degps", rad_to_deg(c.sigma(2)), io::kPositive));
+    sigma->check_all_known();
+  }
+  c.learning_rate = object.number_or("learning_rate", c.learning_rate, io::kPositive);
+  if (object.has("learning_rate_schedule"))
+    c.schedule = object.word("learning_rate_schedule", {"constant", "cosine"}) == "cosine" ? RateSchedule::cosine
+                                                                                           : RateSchedule::constant;
+  c.gradient_clip_norm = object.number_or("gradient_clip_norm", c.gradient_clip_norm, io::kNotNegative);
+  c.batch_size = whole(object, "batch_size", c.batch_size, 1);
+  c.epochs = whole(object, "epochs", c.epochs, 1);
+  c.members = whole(object, "members", c.members, 1);
+  c.initial_state_net = object.flag_or("initial_state_net", c.initial_state_net);
+  if (const auto scale = object.object_if("pose_scale")) {
+    c.pose_scale(0) = scale->number_or("x0_m", c.pose_scale(0), io::kPositive);
+    c.pose_scale(1) = scale->number_or("y0_m", c.pose_scale(1), io::kPositive);
+    c.pose_scale(2) = deg_to_rad(scale->number_or("psi_deg", rad_to_deg(c.pose_scale(2)), io::kPositive));
+    scale->check_all_known();
+  }
+  if (object.has("integrator_train")) object.word("integrator_train", {"euler"});
+  if (object.has("integrator_predict"))
+    c.integrator_predict =
+        object.word("integrator_predict", {"rk4", "euler"}) == "rk4" ? Integrator::rk4 : Integrator::euler;
+  if (object.has("state_resampling"))
+    c.resampling = object.word("state_resampling", {"decimate", "average"}) == "average" ? StateResampling::average
+                                                                                         : StateResampling::decimate;
+  object.check_all_known();
+  return c;
+}
+
+TrainingConfig read_training_config(const std::string& name_or_path) {
+  const std::string path = io::find_config("train", name_or_path);
+  const io::Json json = io::read_json(path);
+  return training_config_from(io::JsonObject(json, path));
+}
+
+io::Json to_json(const TrainingConfig& c) {
+  return {
+      {"time_step_s", c.time_step_s},
+      {"steps", c.steps},
+      {"initial_state_steps", c.initial_state_steps},
+      {"hidden_layers", c.hidden_layers},
+      {"hidden_units", c.hidden_units},
+      {"activation", "tanh"},
+      {"sigma", {{"u_mps", c.sigma(0)}, {"vm_mps", c.sigma(1)}, {"r_degps", rad_to_deg(c.sigma(2))}}},
+      {"learning_rate", c.learning_rate},
+      {"learning_rate_schedule", c.schedule == RateSchedule::cosine ? "cosine" : "constant"},
+      {"gradient_clip_norm", c.gradient_clip_norm},
+      {"batch_size", c.batch_size},
+      {"epochs", c.epochs},
+      {"members", c.members},
+      {"initial_state_net", c.initial_state_net},
+      {"pose_scale", {{"x0_m", c.pose_scale(0)}, {"y0_m", c.pose_scale(1)}, {"psi_deg", rad_to_deg(c.pose_scale(2))}}},
+      {"integrator_train", "euler"},
+      {"integrator_predict", c.integrator_predict == Integrator::rk4 ? "rk4" : "euler"},
+      {"state_resampling", c.resampling == StateResampling::average ? "average" : "decimate"}};
+}
+
+}  // namespace leeway::ensemble

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "ensemble/training_data.hpp"
+#include "nn/rollout.hpp"
+
+namespace leeway::ensemble {
+
+/// One trained pair of networks.
+struct Member {
+  int number = 0;
+  std::string kernel;  ///< path that trained it: members are bit-identical on one path only
+  nn::NetworkShape dynamics, initial_state;
+  std::vector<float> parameters;        ///< dynamics, then initial state
+  std::array<double, 3> output_mean{};  ///< of the dynamics network over standard normal inputs at initialisation
+  std::array<double, 3> output_sd{};
+  std::vector<float> training_curve;  ///< mean training loss of each epoch
+};
+
+nn::NetworkShape dynamics_shape(const ModelInputs& inputs, const TrainingConfig& config);
+nn::NetworkShape initial_state_shape(const ModelInputs& inputs, const TrainingConfig& config);
+
+/// The constants of a member's rollout in the precision of a kernel; view() points into this object.
+template <typename S>
+class RolloutConstants {
+ public:
+  RolloutConstants(const ModelInputs& inputs, const TrainingConfig& config, const Member& member);
+  const nn::RolloutModel<S>& view() const { return model_; }
+  RolloutConstants(const RolloutConstants&) = delete;
+  RolloutConstants& operator=(const RolloutConstants&) = delete;
+
+ private:
+  std::vector<S> input_mean_, input_inverse_sd_, output_offset_, output_scale_, initial_state_scale_;
+  nn::RolloutModel<S> model_;
+};
+
+/// Windows of the training data side by side, as a kernel wants them.
+template <typename S>
+class WindowBatch {
+ public:
+  /// Fills the batch with the given windows.
+  void assign(const TrainingData& data, const std::size_t* windows, std::size_t count);
+  const nn::RolloutBatch<S>& view() const { return batch_; }
+  double points() const { return batch_.count; }
+
+ private:
+  std::vector<S> nu_, weight_, psi_, controls_, wind_, initial_state_, mask_;
+  nn::RolloutBatch<S> batch_;
+};
+
+}  // namespace leeway::ensemble

@@ -1,0 +1,296 @@
+#include "ensemble/model_files.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+#include "io/csv.hpp"
+#include "io/files.hpp"
+
+namespace leeway::ensemble {
+namespace fs = std::filesystem;
+namespace {
+
+// Weights are single precision: this JSON prints and reads them as such, with the fewest digits that keep the bits.
+using FloatJson =
+    nlohmann::basic_json<nlohmann::ordered_map, std::vector, std::string, bool, std::int64_t, std::uint64_t, float>;
+
+io::Json spreads_to_json(const std::vector<Spread>& spreads) {
+  io::Json result = io::Json::array();
+  for (const Spread& s : spreads) result.push_back({{"name", s.name}, {"mean", s.mean}, {"sd", s.sd}});
+  return result;
+}
+
+std::vector<Spread> spreads_from(const io::JsonObject& object, const std::string& key) {
+  std::vector<Spread> result;
+  for (const io::JsonObject& item : object.objects(key)) {
+    result.push_back({item.text("name"), item.number("mean"), item.number("sd", io::kPositive)});
+    item.check_all_known();
+  }
+  return result;
+}
+
+Channel channel_from(const io::JsonObject& object, const std::string& key, const std::string& name) {
+  for (const Channel channel : kActuatorChannels)
+    if (column_name(channel) == name) return channel;
+  object.fail(key, fmt::format("unknown actuator column '{}'", name));
+}
+
+// The part that decides the members; its hash is their training_id.
+io::Json training_to_json(const EnsembleHeader& h) {
+  io::Json config = to_json(h.config);
+  config.erase("members");
+  io::Json actuators = io::Json::array(), constants = io::Json::array(), files = io::Json::array();
+  for (const Channel channel : h.inputs.actuators) actuators.push_back(column_name(channel));
+  for (const auto& [channel, value] : h.inputs.constants)
+    constants.push_back({{"column", column_name(channel)}, {"value_si", value}});
+  for (const TrainingFile& f : h.files)
+    files.push_back({{"recording", io::stem(f.file)}, {"sha256", f.sha256}, {"rows", f.rows}});
+  return {{"seed", h.seed},
+          {"config", config},
+          {"actuators", actuators},
+          {"wind", h.inputs.wind},
+          {"constant_columns", constants},
+          {"inputs", spreads_to_json(h.inputs.inputs)},
+          {"accelerations", spreads_to_json(h.inputs.accelerations)},
+          {"pose_in_initial_state", h.inputs.pose_in_initial_state},
+          {"initial_state_inputs", spreads_to_json(h.inputs.initial_state)},
+          {"largest_speed_mps", h.inputs.largest_speed_mps},
+          {"largest_rate_radps", h.inputs.largest_rate_radps},
+          {"files", files}};
+}
+
+FloatJson network_to_json(const nn::NetworkShape& shape, const float* parameters) {
+  FloatJson layers = FloatJson::array();
+  for (int l = 0; shape.outputs > 0 && l < nn::layer_count(shape); ++l) {
+    const int rows = nn::layer_outputs(shape, l), cols = nn::layer_inputs(shape, l);
+    FloatJson weights = FloatJson::array();
+    for (int i = 0; i < rows; ++i) {
+      FloatJson row = FloatJson::array();
+      for (int j = 0; j < cols; ++j) row.push_back(parameters[j * rows + i]);
+      weights.push_back(std::move(row));
+    }
+    parameters += static_cast<std::ptrdiff_t>(rows) * cols;
+    layers.push_back({{"weights", std::move(weights)}, {"bias", std::vector<float>(parameters, parameters + rows)}});
+    parameters += rows;
+  }
+  return layers;
+}
+
+void network_from_json(const FloatJson& layers, const nn::NetworkShape& shape, std::vector<float>& parameters) {
+  if (shape.outputs == 0) return;
+  if (static_cast<int>(layers.size()) != nn::layer_count(shape)) throw std::out_of_range("number of layers");
+  for (int l = 0; l < nn::layer_count(shape); ++l) {
+    const int rows = nn::layer_outputs(shape, l), cols = nn::layer_inputs(shape, l);
+    const FloatJson& weights = layers.at(l).at("weights");
+    const FloatJson& bias = layers.at(l).at("bias");
+    if (static_cast<int>(weights.size()) != rows || static_cast<int>(bias.size()) != rows)
+      throw std::out_of_range(fmt::format("rows of layer {}", l));
+    const std::size_t begin = parameters.size();
+    parameters.resize(begin + static_cast<std::size_t>(rows) * cols);
+    for (int i = 0; i < rows; ++i) {
+      if (static_cast<int>(weights.at(i).size()) != cols)
+        throw std::out_of_range(fmt::format("columns of layer {}", l));
+      for (int j = 0; j < cols; ++j)
+        parameters[begin + static_cast<std::size_t>(j) * rows + i] = weights.at(i).at(j).get<float>();
+    }
+    for (int i = 0; i < rows; ++i) parameters.push_back(bias.at(i).get<float>());
+  }
+  for (const float p : parameters)
+    if (!std::isfinite(p)) throw std::out_of_range("a weight is no finite number");
+}
+
+// Double-precision numbers as text within a single-precision file, so that their bits stay as well.
+std::vector<std::string> exact(const std::array<double, 3>& values) {
+  std::vector<std::string> texts;
+  for (const double value : values) texts.push_back(fmt::format("{}", value));
+  return texts;
+}
+
+std::array<double, 3> exact_from(const FloatJson& json) {
+  std::array<double, 3> values{};
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!io::parse_number(json.at(i).get<std::string>(), values[i])) throw std::out_of_range("a number is not finite");
+  return values;
+}
+
+// Reads a file of ours whose parts are nested too deep for one pointer each: any mismatch is one InputError.
+template <typename Read>
+auto checked(const std::string& path, const Read& read) {
+  try {
+    return read();
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(path, fmt::format("not a member file of this version: {}", error.what()));
+  } catch (const std::out_of_range& error) {
+    throw InputError(path, fmt::format("does not fit the ensemble: {}", error.what()));
+  }
+}
+
+void check_training_id(const std::string& path, const std::string& found, const EnsembleHeader& header) {
+  if (found != header.training_id)
+    throw InputError(path, "belongs to another training (data, settings or seed differ from ensemble.json)");
+}
+
+}  // namespace
+
+EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files) {
+  EnsembleHeader header{data.config, data.inputs, seed, std::move(files), ""};
+  header.training_id = io::sha256(training_to_json(header).dump());
+  return header;
+}
+
+void write_header(const std::string& folder, const EnsembleHeader& header, const io::Json& provenance) {
+  io::Json members = io::Json::array();
+  for (int k = 0; k < header.config.members; ++k)
+    members.push_back(fs::path(member_path(folder, k)).filename().string());
+  const io::Json json{{"format", "leeway ensemble 1"},
+                      {"training_id", header.training_id},
+                      {"training", training_to_json(header)},
+                      {"members", members},
+                      {"provenance", provenance}};
+  io::write_text((fs::path(folder) / "ensemble.json").string(), io::to_text(json));
+}
+
+std::optional<EnsembleHeader> read_header(const std::string& folder, bool optional) {
+  const std::string path = (fs::path(folder) / "ensemble.json").string();
+  std::error_code error;
+  if (optional && !fs::exists(path, error)) return std::nullopt;
+  const io::Json json = io::read_json(path);
+  const io::JsonObject file(json, path);
+  EnsembleHeader h;
+  if (file.text("format") != "leeway ensemble 1") file.fail("format", "expected \"leeway ensemble 1\"");
+  h.training_id = file.text("training_id");
+  const io::JsonObject training = file.object("training");
+  h.seed = training.value("seed").get<std::uint64_t>();
+  h.config = training_config_from(training.object("config"));
+  h.config.members = static_cast<int>(file.texts("members").size());
+  for (const std::string& name : training.texts("actuators"))
+    h.inputs.actuators.push_back(channel_from(training, "actuators", name));
+  h.inputs.wind = training.flag_or("wind", false);
+  for (const io::JsonObject& constant : training.objects("constant_columns"))
+    h.inputs.constants.emplace_back(channel_from(constant, "column", constant.text("column")),
+                                    constant.number("value_si"));
+  h.inputs.inputs = spreads_from(training, "inputs");
+  h.inputs.accelerations = spreads_from(training, "accelerations");
+  h.inputs.pose_in_initial_state = training.flag_or("pose_in_initial_state", false);
+  h.inputs.initial_state = spreads_from(training, "initial_state_inputs");
+  h.inputs.largest_speed_mps = training.number("largest_speed_mps");
+  h.inputs.largest_rate_radps = training.number("largest_rate_radps");
+  const std::size_t expected = 3 + h.inputs.actuators.size() + (h.inputs.wind ? 2 : 0);
+  if (h.inputs.inputs.size() != expected)
+    training.fail("inputs", fmt::format("expected {} entries, got {}", expected, h.inputs.inputs.size()));
+  if (h.inputs.accelerations.size() != 3) training.fail("accelerations", "expected 3 entries");
+  for (const io::JsonObject& f : training.objects("files"))
+    h.files.push_back({f.text("recording"), f.text("sha256"), static_cast<std::size_t>(f.integer("rows"))});
+  return h;
+}
+
+std::string member_path(const std::string& folder, int number) {
+  return (fs::path(folder) / fmt::format("member-{:02}.json", number)).string();
+}
+
+std::string checkpoint_path(const std::string& folder, int number) {
+  return (fs::path(folder) / fmt::format("member-{:02}.checkpoint", number)).string();
+}
+
+bool member_exists(const std::string& folder, int number) {
+  std::error_code error;
+  return fs::exists(member_path(folder, number), error);
+}
+
+void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header) {
+  const std::size_t split = nn::parameter_count(member.dynamics);
+  const FloatJson json{{"format", "leeway member 1"},
+                       {"training_id", header.training_id},
+                       {"member", member.number},
+                       {"kernel", member.kernel},
+                       {"output_mean", exact(member.output_mean)},
+                       {"output_sd", exact(member.output_sd)},
+                       {"dynamics", network_to_json(member.dynamics, member.parameters.data())},
+                       {"initial_state", network_to_json(member.initial_state, member.parameters.data() + split)},
+                       {"training_curve", member.training_curve}};
+  io::write_text(member_path(folder, member.number), json.dump() + "\n");
+}
+
+Member read_member(const std::string& folder, int number, const EnsembleHeader& header) {
+  const std::string path = member_path(folder, number);
+  const std::string text = io::read_text(path);
+  return checked(path, [&] {
+    const FloatJson json = FloatJson::parse(text);
+    check_training_id(path, json.at("training_id").get<std::string>(), header);
+    Member member;
+    member.number = json.at("member").get<int>();
+    member.kernel = json.at("kernel").get<std::string>();
+    member.output_mean = exact_from(json.at("output_mean"));
+    member.output_sd = exact_from(json.at("output_sd"));
+    member.dynamics = dynamics_shape(header.inputs, header.config);
+    member.initial_state = initial_state_shape(header.inputs, header.config);
+    network_from_json(json.at("dynamics"), member.dynamics, member.parameters);
+    network_from_json(json.at("initial_state"), member.initial_state, member.parameters);
+    member.training_curve = json.at("training_curve").get<std::vector<float>>();
+    return member;
+  });
+}
+
+void write_checkpoint(const std::string& folder, const TrainingState& state, const EnsembleHeader& header) {
+  const Member& member = state.member;
+  const FloatJson json{{"training_id", header.training_id},
+                       {"kernel", member.kernel},
+                       {"output_mean", exact(member.output_mean)},
+                       {"output_sd", exact(member.output_sd)},
+                       {"epochs_done", state.epochs_done},
+                       {"adam_steps", state.adam_steps},
+                       {"parameters", member.parameters},
+                       {"adam_m", state.adam_m},
+                       {"adam_v", state.adam_v},
+                       {"training_curve", member.training_curve}};
+  const std::vector<std::uint8_t> bytes = FloatJson::to_cbor(json);
+  io::write_text(checkpoint_path(folder, member.number),
+                 std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+std::optional<TrainingState> read_checkpoint(const std::string& folder, int number, const EnsembleHeader& header) {
+  const std::string path = checkpoint_path(folder, number);
+  std::error_code error;
+  if (!fs::exists(path, error)) return std::nullopt;
+  const std::string bytes = io::read_text(path);
+  return checked(path, [&] {
+    const FloatJson json = FloatJson::from_cbor(bytes);
+    check_training_id(path, json.at("training_id").get<std::string>(), header);
+    TrainingState state;
+    state.member.number = number;
+    state.member.kernel = json.at("kernel").get<std::string>();
+    state.member.output_mean = exact_from(json.at("output_mean"));
+    state.member.output_sd = exact_from(json.at("output_sd"));
+    state.member.dynamics = dynamics_shape(header.inputs, header.config);
+    state.member.initial_state = initial_state_shape(header.inputs, header.config);
+    state.epochs_done = json.at("epochs_done").get<int>();
+    state.adam_steps = json.at("adam_steps").get<long>();
+    state.member.parameters = json.at("parameters").get<std::vector<float>>();
+    state.adam_m = json.at("adam_m").get<std::vector<float>>();
+    state.adam_v = json.at("adam_v").get<std::vector<float>>();
+    state.member.training_curve = json.at("training_curve").get<std::vector<float>>();
+    const std::size_t n = nn::parameter_count(state.member.dynamics) + nn::parameter_count(state.member.initial_state);
+    if (state.member.parameters.size() != n || state.adam_m.size() != n || state.adam_v.size() != n)
+      throw std::out_of_range("number of parameters");
+    return std::optional<TrainingState>(std::move(state));
+  });
+}
+
+void remove_checkpoint(const std::string& folder, int number) {
+  std::error_code error;
+  fs::remove(checkpoint_path(folder, number), error);
+}
+
+void remove_members(const std::string& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("member-") && (name.ends_with(".json") || name.ends_with(".checkpoint")))
+      fs::remove(entry.path(), error);
+  }
+}
+
+}  // namespace leeway::ensemble

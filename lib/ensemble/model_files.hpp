@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ensemble/training.hpp"
+#include "io/json.hpp"
+
+namespace leeway::ensemble {
+
+/// What ensemble.json holds: all that decides the training of its members, and their number.
+struct EnsembleHeader {
+  TrainingConfig config;
+  ModelInputs inputs;
+  std::uint64_t seed = 1;
+  std::vector<TrainingFile> files;
+  /// SHA-256 of all of the above but the number of members; each member file repeats it.
+  std::string training_id;
+};
+
+EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files);
+
+/// <folder>/ensemble.json.
+void write_header(const std::string& folder, const EnsembleHeader& header, const io::Json& provenance);
+/// Throws InputError or IoError; nothing where the file does not exist and `optional`.
+std::optional<EnsembleHeader> read_header(const std::string& folder, bool optional = false);
+
+/// <folder>/member-NN.json and its checkpoint.
+std::string member_path(const std::string& folder, int number);
+std::string checkpoint_path(const std::string& folder, int number);
+
+void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header);
+/// Throws InputError where the file belongs to another training.
+Member read_member(const std::string& folder, int number, const EnsembleHeader& header);
+bool member_exists(const std::string& folder, int number);
+
+/// Checkpoints hold the same numbers as the running training, bit for bit. A finished member replaces its checkpoint.
+void write_checkpoint(const std::string& folder, const TrainingState& state, const EnsembleHeader& header);
+std::optional<TrainingState> read_checkpoint(const std::string& folder, int number, const EnsembleHeader& header);
+void remove_checkpoint(const std::string& folder, int number);
+
+/// Removes the members and checkpoints of an earlier training.
+void remove_members(const std::string& folder);
+
+}  // namespace leeway::ensemble

@@ -1,0 +1,212 @@
+#include "ensemble/training_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "core/wind.hpp"
+
+namespace leeway::ensemble {
+namespace {
+
+struct Moments {
+  double n = 0.0, mean = 0.0, m2 = 0.0, low = 1e300, high = -1e300;
+  void add(double x) {
+    n += 1.0;
+    const double d = x - mean;
+    mean += d / n;
+    m2 += d * (x - mean);
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  double sd() const { return n > 0 ? std::sqrt(m2 / n) : 0.0; }
+  // Rounding of units makes a constant differ in its last bits.
+  bool varies() const { return n > 0 && high - low > 1e-9 * std::max(std::abs(high), std::abs(low)); }
+};
+
+std::string si_name(Channel channel) {
+  const ChannelInfo& i = info(channel);
+  switch (i.quantity) {
+    case Quantity::angle:
+      return std::string(i.name) + "_rad";
+    case Quantity::angular_rate:
+      return std::string(i.name) + "_radps";
+    default:
+      return column_name(channel);
+  }
+}
+
+Moments of_channel(const std::vector<Trajectory>& recordings, Channel channel) {
+  Moments moments;
+  for (const Trajectory& recording : recordings)
+    for (const double x : recording[channel])
+      if (!std::isnan(x)) moments.add(x);
+  return moments;
+}
+
+void find_actuators(const std::vector<Trajectory>& recordings, TrainingData& data) {
+  for (const Channel channel : kActuatorChannels) {
+    const bool anywhere =
+        std::any_of(recordings.begin(), recordings.end(), [&](const auto& r) { return r.has(channel); });
+    if (!anywhere) continue;
+    const Moments moments = of_channel(recordings, channel);
+    if (moments.varies()) {
+      data.inputs.actuators.push_back(channel);
+    } else {
+      data.inputs.constants.emplace_back(channel, moments.mean);
+      data.notices.push_back(
+          fmt::format("column '{}' never varies in the training data and is left out", column_name(channel)));
+    }
+  }
+}
+
+// Wind is an input where any recording has some; in calm air the apparent wind only repeats the velocity.
+void find_wind(const std::vector<Trajectory>& recordings, TrainingData& data) {
+  const bool anywhere = std::any_of(recordings.begin(), recordings.end(), [](const auto& r) { return r.has_wind(); });
+  if (!anywhere) {
+    data.notices.emplace_back("the training data have no wind columns: the model will not know the wind");
+    return;
+  }
+  bool calm = true;
+  for (const Trajectory& recording : recordings) {
+    if (!recording.has_wind()) continue;
+    if (!recording.has(Channel::wind_speed)) calm = false;
+    for (const double speed : recording[Channel::wind_speed])
+      if (speed != 0.0 && !std::isnan(speed)) calm = false;
+  }
+  if (calm)
+    data.notices.emplace_back("the wind speed is zero throughout the training data: the wind is left out");
+  else
+    data.inputs.wind = true;
+}
+
+}  // namespace
+
+std::vector<double> initial_state_observations(const Samples& samples, Range range, int steps, bool with_pose) {
+  std::vector<double> values;
+  const double psi0 = samples.eta(2, range.begin);
+  const double c = std::cos(psi0), s = std::sin(psi0);
+  for (Eigen::Index k = range.begin; k < range.begin + steps; ++k) {
+    if (with_pose) {
+      const double x = samples.eta(0, k) - samples.eta(0, range.begin),
+                   y = samples.eta(1, k) - samples.eta(1, range.begin);
+      values.insert(values.end(), {c * x + s * y, -s * x + c * y, samples.eta(2, k) - psi0});
+    }
+    values.insert(values.end(), {samples.nu(0, k), samples.nu(1, k), samples.nu(2, k)});
+  }
+  return values;
+}
+
+TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config) {
+  TrainingData data;
+  data.config = config;
+  ModelInputs& inputs = data.inputs;
+  const std::string all_files = recordings.size() == 1 ? recordings.front().file
+                                : recordings.empty()
+                                    ? ""
+                                    : fmt::format("{} and {} more", recordings.front().file, recordings.size() - 1);
+  find_actuators(recordings, data);
+  find_wind(recordings, data);
+  if (inputs.actuators.empty() && !inputs.wind)
+    throw InputError(all_files, "no actuator column varies and there is no wind: nothing moves this ship");
+
+  for (const Trajectory& recording : recordings) {
+    std::vector<Samples> stretches =
+        resample(recording, inputs.actuators, inputs.wind, config.time_step_s, config.resampling);
+    Eigen::Index points = 0;
+    for (const Samples& s : stretches) points += s.size();
+    const double seconds = static_cast<double>(points) * config.time_step_s;
+    const double recorded = recording[Channel::t].back() - recording[Channel::t].front();
+    if (seconds < recorded - config.time_step_s)
+      data.notices.push_back(fmt::format("{}: {:.1f} of {:.1f} s have missing samples and are left out", recording.file,
+                                         recorded - seconds, recorded));
+    for (Samples& s : stretches) data.stretches.push_back(std::move(s));
+  }
+  if (data.stretches.empty())
+    throw InputError(all_files,
+                     fmt::format("too little data: no stretch of two points {} s apart without missing samples",
+                                 config.time_step_s));
+
+  // Standardisation. The apparent wind is that of the observed states.
+  const std::size_t n_inputs = 3 + inputs.actuators.size() + (inputs.wind ? 2 : 0);
+  std::vector<Moments> input(n_inputs), acceleration(3);
+  for (const Samples& s : data.stretches)
+    for (Eigen::Index k = 0; k < s.size(); ++k) {
+      for (int i = 0; i < 3; ++i) {
+        input[i].add(s.nu(i, k));
+        if (k + 1 < s.size()) acceleration[i].add((s.nu(i, k + 1) - s.nu(i, k)) / s.dt_s);
+      }
+      for (Eigen::Index a = 0; a < s.actuators.rows(); ++a) input[3 + a].add(s.actuators(a, k));
+      if (inputs.wind) {
+        const Vec2<double> wind = apparent_wind<double>(s.true_wind.col(k), s.eta(2, k), s.nu(0, k), s.nu(1, k));
+        input[n_inputs - 2].add(wind(0));
+        input[n_inputs - 1].add(wind(1));
+      }
+    }
+  std::vector<std::string> names{"u_mps", "vm_mps", "r_radps"};
+  for (const Channel channel : inputs.actuators) names.push_back(si_name(channel));
+  if (inputs.wind) names.insert(names.end(), {"app_wind_x_mps", "app_wind_y_mps"});
+  for (std::size_t i = 0; i < n_inputs; ++i) {
+    if (!input[i].varies())
+      throw InputError(
+          all_files, fmt::format("'{}' never varies in the training data: nothing can be learned about it", names[i]));
+    inputs.inputs.push_back({names[i], input[i].mean, input[i].sd()});
+  }
+  const char* acceleration_names[] = {"udot_mps2", "vmdot_mps2", "rdot_radps2"};
+  for (int i = 0; i < 3; ++i) {
+    if (!acceleration[i].varies())
+      throw InputError(all_files,
+                       fmt::format("the acceleration '{}' never varies in the training data", acceleration_names[i]));
+    inputs.accelerations.push_back({acceleration_names[i], acceleration[i].mean, acceleration[i].sd()});
+  }
+  inputs.largest_speed_mps = std::max({input[0].high, -input[0].low, input[1].high, -input[1].low});
+  inputs.largest_rate_radps = std::max(input[2].high, -input[2].low);
+
+  // Windows, and what the initial-state network sees of them.
+  inputs.pose_in_initial_state =
+      std::all_of(data.stretches.begin(), data.stretches.end(), [](const Samples& s) { return s.has_position; });
+  std::vector<std::vector<double>> observations;
+  for (std::size_t i = 0; i < data.stretches.size(); ++i)
+    for (const Range range : training_windows(data.stretches[i].size(), config.steps)) {
+      data.windows.push_back({i, range, {}});
+      observations.emplace_back();
+      if (config.initial_state_net && range.size >= config.initial_state_steps)
+        observations.back() = initial_state_observations(data.stretches[i], range, config.initial_state_steps,
+                                                         inputs.pose_in_initial_state);
+    }
+  if (config.initial_state_net) {
+    const std::size_t per_point = inputs.pose_in_initial_state ? 6 : 3;
+    const std::size_t n = per_point * static_cast<std::size_t>(config.initial_state_steps);
+    std::vector<Moments> moments(n);
+    std::size_t usable = 0;
+    for (const auto& o : observations) {
+      for (std::size_t j = 0; j < o.size(); ++j) moments[j].add(o[j]);
+      if (!o.empty()) ++usable;
+    }
+    if (usable == 0)
+      throw InputError(all_files,
+                       fmt::format("too little data: no stretch has the {} points of {} s that the initial-state "
+                                   "network sees (initial_state_steps)",
+                                   config.initial_state_steps, config.time_step_s));
+    if (usable < observations.size())
+      data.notices.push_back(
+          fmt::format("{} of {} windows have fewer than {} points; they start from the observed state",
+                      observations.size() - usable, observations.size(), config.initial_state_steps));
+    static constexpr const char* kNames[] = {"x_m", "y_m", "psi_rad", "u_mps", "vm_mps", "r_radps"};
+    for (std::size_t j = 0; j < n; ++j)
+      inputs.initial_state.push_back({fmt::format("{}[{}]", kNames[j % per_point + 6 - per_point], j / per_point),
+                                      moments[j].mean,
+                                      moments[j].varies() && moments[j].sd() > 0.0 ? moments[j].sd() : 1.0});
+    for (std::size_t w = 0; w < observations.size(); ++w)
+      for (std::size_t j = 0; j < observations[w].size(); ++j)
+        data.windows[w].initial_state_inputs.push_back(
+            static_cast<float>((observations[w][j] - inputs.initial_state[j].mean) / inputs.initial_state[j].sd));
+  }
+  return data;
+}
+
+}  // namespace leeway::ensemble

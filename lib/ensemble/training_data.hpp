@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "ensemble/config.hpp"
+#include "recording/samples.hpp"
+#include "recording/trajectory.hpp"
+
+namespace leeway::ensemble {
+
+/// Mean and standard deviation of one network input or output over the training data, SI and radians.
+struct Spread {
+  std::string name;  ///< "u_mps", "r_radps", "delta_p_rad", "app_wind_x_mps"
+  double mean = 0.0, sd = 1.0;
+};
+
+/// What the networks see, found from the training data and kept with the model.
+struct ModelInputs {
+  std::vector<Channel> actuators;      ///< the recorded actuator channels that vary
+  bool wind = false;                   ///< whether the apparent wind is an input
+  std::vector<Spread> inputs;          ///< u, v_m, r, the actuators, apparent wind x and y in ship axes
+  std::vector<Spread> accelerations;   ///< of u, v_m, r by numerical differentiation
+  std::vector<Spread> initial_state;   ///< inputs of the initial-state network, point by point; empty without it
+  bool pose_in_initial_state = false;  ///< whether it sees the pose besides the velocities
+  std::vector<std::pair<Channel, double>> constants;         ///< actuator channels left out since they never vary [SI]
+  double largest_speed_mps = 0.0, largest_rate_radps = 0.0;  ///< range of the training data, for plausibility
+};
+
+/// A training window: its place in the data, and the standardised input of the initial-state network.
+struct Window {
+  std::size_t stretch = 0;
+  Range range;
+  std::vector<float> initial_state_inputs;  ///< empty where the window is shorter than initial_state_steps
+};
+
+struct TrainingFile {
+  std::string file, sha256;
+  std::size_t rows = 0;
+};
+
+/// Training data on the time grid of the config, cut into windows that hold every point.
+struct TrainingData {
+  TrainingConfig config;
+  ModelInputs inputs;
+  std::vector<Samples> stretches;
+  std::vector<Window> windows;
+  std::vector<std::string> notices;  ///< what the user should know: columns left out, files too short
+};
+
+/// Finds the inputs, resamples, standardises and cuts. Throws InputError where the data cannot train anything: no two
+/// points, a velocity that never varies, no actuator and no wind that varies, a column missing in one of the files.
+TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config);
+
+/// Inputs of the initial-state network before standardisation: for each of the first `steps` points of the range
+/// x, y [m] and heading [rad] relative to the first point in its ship axes (where recorded), then u, v_m, r.
+std::vector<double> initial_state_observations(const Samples& samples, Range range, int steps, bool with_pose);
+
+}  // namespace leeway::ensemble
