@@ -1,19 +1,16 @@
 #include "core/errors.hpp"
 
+#include <fmt/format.h>
+
 namespace leeway {
 
 InputError::InputError(const std::string& file, std::size_t line, const std::string& item, const std::string& problem)
-    : std::runtime_error([&] {
-        std::string text = file;
-        if (line > 0) text.append(":").append(std::to_string(line));
-        text.append(": ");
-        if (!item.empty()) text.append(item).append(": ");
-        return text.append(problem);
-      }()) {}
+    : std::runtime_error(fmt::format("{}{}: {}{}{}", file, line > 0 ? fmt::format(":{}", line) : "", item,
+                                     item.empty() ? "" : ": ", problem)) {}
 
 InputError::InputError(const std::string& file, const std::string& problem) : InputError(file, 0, "", problem) {}
 
 IoError::IoError(const std::string& file, const std::string& problem)
-    : std::runtime_error(std::string(file).append(": ").append(problem)) {}
+    : std::runtime_error(fmt::format("{}: {}", file, problem)) {}
 
 }  // namespace leeway

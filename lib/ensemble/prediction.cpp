@@ -1,0 +1,237 @@
+#include "ensemble/prediction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+#include "core/wind.hpp"
+
+namespace leeway::ensemble {
+namespace {
+
+constexpr double kBoundsFactor = 10.0;  // of the training data's range
+
+// Velocities of the pose: eta' = R(psi) nu.
+Eigen::Matrix3Xd pose_rates(const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd& nu) {
+  const Eigen::Array<double, 1, Eigen::Dynamic> c = eta.row(2).array().cos(), s = eta.row(2).array().sin();
+  Eigen::Matrix3Xd rates(3, eta.cols());
+  rates.row(0) = nu.row(0).array() * c - nu.row(1).array() * s;
+  rates.row(1) = nu.row(0).array() * s + nu.row(1).array() * c;
+  rates.row(2) = nu.row(2);
+  return rates;
+}
+
+}  // namespace
+
+Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels)
+    : header_(*read_header(folder)), kernels_(&kernels) {
+  const int available = header_.config.members;
+  if (use_members > available)
+    throw UsageError(fmt::format("--use-members {}: {} has {} members", use_members, folder, available));
+  const int n = use_members > 0 ? use_members : available;
+  for (int k = 0; k < n; ++k) {
+    if (!member_exists(folder, k))
+      throw IoError(member_path(folder, k),
+                    fmt::format("is not trained yet; run ens-train with --member {} or --resume, "
+                                "or use --use-members",
+                                k));
+    members_.push_back(read_member(folder, k, header_));
+    constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, members_.back()));
+  }
+}
+
+EnsembleEvaluator::EnsembleEvaluator(const Ensemble& ensemble) : ensemble_(&ensemble), workspace_(ensemble.kernels()) {}
+
+Eigen::Matrix3Xd EnsembleEvaluator::accelerations(int member, const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd& nu,
+                                                  const Eigen::Ref<const Eigen::MatrixXd>& actuators,
+                                                  const Vec2<double>& true_wind) {
+  const ModelInputs& inputs = ensemble_->header().inputs;
+  const Eigen::Index n = nu.cols(), width = static_cast<Eigen::Index>(inputs.inputs.size());
+  inputs_.resize(static_cast<std::size_t>(n * width));
+  accelerations_.resize(static_cast<std::size_t>(3 * n));
+  float* x = inputs_.data();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (int j = 0; j < 3; ++j) *x++ = static_cast<float>(nu(j, i));
+    const Eigen::Index a = actuators.cols() == 1 ? 0 : i;
+    for (Eigen::Index j = 0; j < actuators.rows(); ++j) *x++ = static_cast<float>(actuators(j, a));
+    if (inputs.wind) {
+      const Vec2<double> wind = apparent_wind<double>(true_wind, eta(2, i), nu(0, i), nu(1, i));
+      *x++ = static_cast<float>(wind(0));
+      *x++ = static_cast<float>(wind(1));
+    }
+  }
+  ensemble_->kernels().accelerations(workspace_.get(), ensemble_->constants(member).view(),
+                                     ensemble_->member(member).parameters.data(), inputs_.data(), static_cast<int>(n),
+                                     accelerations_.data());
+  return Eigen::Map<const Eigen::Matrix3Xf>(accelerations_.data(), 3, n).cast<double>();
+}
+
+void EnsembleEvaluator::step(int member, Integrator integrator, double dt_s,
+                             const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Vec2<double>& true_wind,
+                             Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu) {
+  const Eigen::Matrix3Xd pose1 = pose_rates(eta, nu), rate1 = accelerations(member, eta, nu, actuators, true_wind);
+  if (integrator == Integrator::euler) {
+    eta += dt_s * pose1;
+    nu += dt_s * rate1;
+    return;
+  }
+  const auto stage = [&](double h, const Eigen::Matrix3Xd& pose, const Eigen::Matrix3Xd& rate,
+                         Eigen::Matrix3Xd& next_pose, Eigen::Matrix3Xd& next_rate) {
+    const Eigen::Matrix3Xd e = eta + h * pose, v = nu + h * rate;
+    next_pose = pose_rates(e, v);
+    next_rate = accelerations(member, e, v, actuators, true_wind);
+  };
+  Eigen::Matrix3Xd pose2, rate2, pose3, rate3, pose4, rate4;
+  stage(0.5 * dt_s, pose1, rate1, pose2, rate2);
+  stage(0.5 * dt_s, pose2, rate2, pose3, rate3);
+  stage(dt_s, pose3, rate3, pose4, rate4);
+  eta += dt_s / 6.0 * (pose1 + 2.0 * pose2 + 2.0 * pose3 + pose4);
+  nu += dt_s / 6.0 * (rate1 + 2.0 * rate2 + 2.0 * rate3 + rate4);
+}
+
+void EnsembleEvaluator::estimate_initial_state(int member, const Samples& samples, Range range, Vec3<double>& eta,
+                                               Vec3<double>& nu) {
+  eta = samples.eta.col(range.begin);
+  nu = samples.nu.col(range.begin);
+  const EnsembleHeader& header = ensemble_->header();
+  if (!header.config.initial_state_net || range.size < header.config.initial_state_steps) return;
+  const std::vector<double> observations = initial_state_observations(samples, range, header.config.initial_state_steps,
+                                                                      header.inputs.pose_in_initial_state);
+  inputs_.clear();
+  for (std::size_t j = 0; j < observations.size(); ++j)
+    inputs_.push_back(static_cast<float>((observations[j] - header.inputs.initial_state[j].mean) /
+                                         header.inputs.initial_state[j].sd));
+  float correction[6];
+  const Member& m = ensemble_->member(member);
+  ensemble_->kernels().forward(workspace_.get(), m.initial_state, m.parameters.data() + nn::parameter_count(m.dynamics),
+                               inputs_.data(), 1, correction);
+  // The correction of the position is in the ship axes of the first observation.
+  const Vec3<double>& pose = header.config.pose_scale;
+  const double dx = pose(0) * correction[0], dy = pose(1) * correction[1], c = std::cos(eta(2)), s = std::sin(eta(2));
+  eta += Vec3<double>(c * dx - s * dy, s * dx + c * dy, pose(2) * correction[2]);
+  for (int i = 0; i < 3; ++i) nu(i) += header.config.sigma(i) * correction[3 + i];
+}
+
+SequencePrediction predict_sequence(EnsembleEvaluator& evaluator, const Ensemble& ensemble, const Samples& samples,
+                                    Range range, std::size_t sequence, const PredictionOptions& options) {
+  const auto particles = static_cast<std::size_t>(options.particles);
+  const auto members = static_cast<std::uint64_t>(ensemble.members());
+  const ModelInputs& inputs = ensemble.header().inputs;
+  RandomStream random(options.seed, "members of particles of " + samples.recording, sequence);
+  const auto draw = [&] {
+    std::vector<int> drawn(particles);
+    for (int& m : drawn) m = static_cast<int>(random.below(members));
+    return drawn;
+  };
+
+  SequencePrediction result;
+  result.eta.emplace_back(samples.eta.col(range.begin));
+  result.nu.emplace_back(samples.nu.col(range.begin));
+  result.state.emplace_back(particles, 0);
+  std::vector<int> member = draw();
+  result.member.push_back(member);
+  std::vector<bool> left(particles, false);
+
+  for (Eigen::Index k = 0; k + 1 < range.size; ++k) {
+    if (k > 0 && options.sampling == Sampling::ts1) member = draw();
+    // Particles that share state and member are one evaluation; those of one member are one batch.
+    const std::vector<int>& state = result.state.back();
+    std::vector<std::pair<int, int>> tasks(particles);  // (member, state)
+    for (std::size_t p = 0; p < particles; ++p) tasks[p] = {member[p], state[p]};
+    std::vector<std::pair<int, int>> distinct = tasks;
+    std::sort(distinct.begin(), distinct.end());
+    distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+
+    Eigen::Matrix3Xd eta(3, distinct.size()), nu(3, distinct.size());
+    for (std::size_t begin = 0; begin < distinct.size();) {
+      std::size_t end = begin;
+      while (end < distinct.size() && distinct[end].first == distinct[begin].first) ++end;
+      const auto n = static_cast<Eigen::Index>(end - begin), at = static_cast<Eigen::Index>(begin);
+      Eigen::Matrix3Xd e(3, n), v(3, n);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const int s = distinct[begin + static_cast<std::size_t>(i)].second;
+        e.col(i) = result.eta.back().col(s);
+        v.col(i) = result.nu.back().col(s);
+      }
+      evaluator.step(distinct[begin].first, options.integrator, samples.dt_s, samples.actuators.col(range.begin + k),
+                     samples.true_wind.col(range.begin + k), e, v);
+      eta.middleCols(at, n) = e;
+      nu.middleCols(at, n) = v;
+      begin = end;
+    }
+    const double time_s = samples.t_s(range.begin + k + 1);
+    if (!eta.allFinite() || !nu.allFinite())
+      throw NumericalError(fmt::format("{}: sequence {}: a particle is no finite number at t = {} s", samples.recording,
+                                       sequence, time_s));
+    std::vector<int> next(particles);
+    for (std::size_t p = 0; p < particles; ++p) {
+      next[p] = static_cast<int>(std::lower_bound(distinct.begin(), distinct.end(), tasks[p]) - distinct.begin());
+      const auto v = nu.col(next[p]);
+      const bool out = std::max(std::abs(v(0)), std::abs(v(1))) > kBoundsFactor * inputs.largest_speed_mps ||
+                       std::abs(v(2)) > kBoundsFactor * inputs.largest_rate_radps;
+      if (!out || left[p]) continue;
+      left[p] = true;
+      if (result.out_of_bounds++ == 0) result.first_out_of_bounds_s = time_s;
+    }
+    result.eta.push_back(std::move(eta));
+    result.nu.push_back(std::move(nu));
+    result.state.push_back(std::move(next));
+    result.member.push_back(member);
+  }
+  return result;
+}
+
+SequencePrediction fitted_rollout(EnsembleEvaluator& evaluator, const Ensemble& ensemble, const Samples& samples,
+                                  Range range) {
+  SequencePrediction result;
+  std::vector<int> number(static_cast<std::size_t>(ensemble.members()));
+  Eigen::Matrix3Xd eta(3, ensemble.members()), nu(3, ensemble.members());
+  for (int m = 0; m < ensemble.members(); ++m) {
+    number[static_cast<std::size_t>(m)] = m;
+    Vec3<double> e, v;
+    evaluator.estimate_initial_state(m, samples, range, e, v);
+    eta.col(m) = e;
+    nu.col(m) = v;
+  }
+  for (Eigen::Index k = 0; k < range.size; ++k) {
+    result.eta.push_back(eta);
+    result.nu.push_back(nu);
+    result.state.push_back(number);
+    result.member.push_back(number);
+    if (k + 1 == range.size) break;
+    for (int m = 0; m < ensemble.members(); ++m) {
+      Eigen::Matrix3Xd e = eta.col(m), v = nu.col(m);
+      evaluator.step(m, Integrator::euler, samples.dt_s, samples.actuators.col(range.begin + k),
+                     samples.true_wind.col(range.begin + k), e, v);
+      eta.col(m) = e;
+      nu.col(m) = v;
+    }
+    if (!eta.allFinite() || !nu.allFinite())
+      throw NumericalError(fmt::format("{}: the fitted rollout is no finite number at t = {} s", samples.recording,
+                                       samples.t_s(range.begin + k + 1)));
+  }
+  return result;
+}
+
+SequencePrediction hold_velocity(const Samples& samples, Range range) {
+  SequencePrediction result;
+  Eigen::Matrix3Xd eta = samples.eta.col(range.begin);
+  const Eigen::Matrix3Xd nu = samples.nu.col(range.begin);
+  const double dt = samples.dt_s;
+  for (Eigen::Index k = 0; k < range.size; ++k) {
+    result.eta.push_back(eta);
+    result.nu.push_back(nu);
+    result.state.push_back({0});
+    result.member.push_back({0});
+    // Constant (u, v_m, r) is motion on a circle; Simpson's rule over the turning heading is exact to (r dt)^4.
+    Eigen::Matrix3Xd middle = eta, end = eta;
+    middle.row(2) += 0.5 * dt * nu.row(2);
+    end.row(2) += dt * nu.row(2);
+    eta += dt / 6.0 * (pose_rates(eta, nu) + 4.0 * pose_rates(middle, nu) + pose_rates(end, nu));
+  }
+  return result;
+}
+
+}  // namespace leeway::ensemble

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ensemble/member.hpp"
+#include "ensemble/model_files.hpp"
+#include "recording/samples.hpp"
+
+namespace leeway::ensemble {
+
+/// A trained ensemble, ready to evaluate.
+class Ensemble {
+ public:
+  /// Reads ensemble.json and the first `use_members` members (0: all). Throws InputError or IoError.
+  Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels);
+
+  const EnsembleHeader& header() const { return header_; }
+  int members() const { return static_cast<int>(members_.size()); }
+  const Member& member(int number) const { return members_[static_cast<std::size_t>(number)]; }
+  const nn::Kernels<float>& kernels() const { return *kernels_; }
+  const RolloutConstants<float>& constants(int member) const { return *constants_[static_cast<std::size_t>(member)]; }
+
+ private:
+  EnsembleHeader header_;
+  const nn::Kernels<float>* kernels_;
+  std::vector<Member> members_;
+  std::vector<std::unique_ptr<RolloutConstants<float>>> constants_;
+};
+
+/// Evaluates members for one thread.
+class EnsembleEvaluator {
+ public:
+  explicit EnsembleEvaluator(const Ensemble& ensemble);
+
+  /// (u', v_m' [m/s^2], r' [rad/s^2]) of one member for states side by side that share actuators and true wind.
+  ///   eta (x0, y0 [m], psi [rad]); nu (u, v_m [m/s], r [rad/s]); actuators in the order of header().inputs.actuators
+  Eigen::Matrix3Xd accelerations(int member, const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd& nu,
+                                 const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Vec2<double>& true_wind);
+
+  /// One step of the equations of motion with the inputs held. `actuators` has one column, or one for each state.
+  void step(int member, Integrator integrator, double dt_s, const Eigen::Ref<const Eigen::MatrixXd>& actuators,
+            const Vec2<double>& true_wind, Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu);
+
+  /// The member's estimate of the state at the range's first point from its first initial_state_steps observations;
+  /// the observed state where there is no initial-state network or the range is shorter.
+  void estimate_initial_state(int member, const Samples& samples, Range range, Vec3<double>& eta, Vec3<double>& nu);
+
+ private:
+  const Ensemble* ensemble_;
+  nn::KernelWorkspace<float> workspace_;
+  std::vector<float> inputs_, accelerations_;
+};
+
+enum class Sampling {
+  ts_infinity,  ///< a particle keeps its member
+  ts1           ///< each particle draws a member at every step
+};
+
+struct PredictionOptions {
+  int particles = 100;
+  Sampling sampling = Sampling::ts_infinity;
+  Integrator integrator = Integrator::rk4;
+  std::uint64_t seed = 1;
+};
+
+/// All particles of a sequence: at step k, particle p has the state `state[k][p]` (a column of eta[k], nu[k]) and was
+/// moved there by member[k][p] (at k = 0: the member that moves it first). Particles of equal history share a column.
+struct SequencePrediction {
+  std::vector<Eigen::Matrix3Xd> eta, nu;
+  std::vector<std::vector<int>> state, member;
+  /// Particles whose speed or rate of turn left ten times the range of the training data, and when first.
+  int out_of_bounds = 0;
+  double first_out_of_bounds_s = 0.0;
+};
+
+/// Propagates particles through one sequence from its recorded state at the first point. Random numbers depend on the
+/// seed, the recording's name and the sequence number alone. Throws NumericalError if a state is no finite number.
+SequencePrediction predict_sequence(EnsembleEvaluator& evaluator, const Ensemble& ensemble, const Samples& samples,
+                                    Range range, std::size_t sequence, const PredictionOptions& options);
+
+/// The fitted rollout of a training window: every member from its own estimate of the initial state, by Euler as in
+/// training; particle m is member m.
+SequencePrediction fitted_rollout(EnsembleEvaluator& evaluator, const Ensemble& ensemble, const Samples& samples,
+                                  Range range);
+
+/// The baseline that holds the initial velocity: one particle, member 0.
+SequencePrediction hold_velocity(const Samples& samples, Range range);
+
+}  // namespace leeway::ensemble
