@@ -15,7 +15,7 @@ struct Member {
   int number = 0;
   std::string kernel;  ///< path that trained it: members are bit-identical on one path only
   nn::NetworkShape dynamics, initial_state;
-  std::vector<float> parameters;        ///< dynamics, then initial state
+  nn::AlignedVector<float> parameters;  ///< dynamics, then initial state
   std::array<double, 3> output_mean{};  ///< of the dynamics network over standard normal inputs at initialisation
   std::array<double, 3> output_sd{};
   std::vector<float> training_curve;  ///< mean training loss of each epoch
@@ -34,7 +34,7 @@ class RolloutConstants {
   RolloutConstants& operator=(const RolloutConstants&) = delete;
 
  private:
-  std::vector<S> input_mean_, input_inverse_sd_, output_offset_, output_scale_, initial_state_scale_;
+  nn::AlignedVector<S> input_mean_, input_inverse_sd_, output_offset_, output_scale_, initial_state_scale_;
   nn::RolloutModel<S> model_;
 };
 
@@ -48,7 +48,7 @@ class WindowBatch {
   double points() const { return batch_.count; }
 
  private:
-  std::vector<S> nu_, weight_, psi_, controls_, wind_, initial_state_, mask_;
+  nn::AlignedVector<S> nu_, weight_, psi_, controls_, wind_, initial_state_, mask_;
   nn::RolloutBatch<S> batch_;
 };
 

@@ -79,7 +79,7 @@ FloatJson network_to_json(const nn::NetworkShape& shape, const float* parameters
   return layers;
 }
 
-void network_from_json(const FloatJson& layers, const nn::NetworkShape& shape, std::vector<float>& parameters) {
+void network_from_json(const FloatJson& layers, const nn::NetworkShape& shape, nn::AlignedVector<float>& parameters) {
   if (shape.outputs == 0) return;
   if (static_cast<int>(layers.size()) != nn::layer_count(shape)) throw std::out_of_range("number of layers");
   for (int l = 0; l < nn::layer_count(shape); ++l) {
@@ -114,6 +114,11 @@ std::array<double, 3> exact_from(const FloatJson& json) {
   for (std::size_t i = 0; i < 3; ++i)
     if (!io::parse_number(json.at(i).get<std::string>(), values[i])) throw std::out_of_range("a number is not finite");
   return values;
+}
+
+nn::AlignedVector<float> floats_from(const FloatJson& json) {
+  const auto values = json.get<std::vector<float>>();
+  return {values.begin(), values.end()};
 }
 
 // Reads a file of ours whose parts are nested too deep for one pointer each: any mismatch is one InputError.
@@ -268,9 +273,9 @@ std::optional<TrainingState> read_checkpoint(const std::string& folder, int numb
     state.member.initial_state = initial_state_shape(header.inputs, header.config);
     state.epochs_done = json.at("epochs_done").get<int>();
     state.adam_steps = json.at("adam_steps").get<long>();
-    state.member.parameters = json.at("parameters").get<std::vector<float>>();
-    state.adam_m = json.at("adam_m").get<std::vector<float>>();
-    state.adam_v = json.at("adam_v").get<std::vector<float>>();
+    state.member.parameters = floats_from(json.at("parameters"));
+    state.adam_m = floats_from(json.at("adam_m"));
+    state.adam_v = floats_from(json.at("adam_v"));
     state.member.training_curve = json.at("training_curve").get<std::vector<float>>();
     const std::size_t n = nn::parameter_count(state.member.dynamics) + nn::parameter_count(state.member.initial_state);
     if (state.member.parameters.size() != n || state.adam_m.size() != n || state.adam_v.size() != n)

@@ -52,7 +52,7 @@ class EnsembleEvaluator {
  private:
   const Ensemble* ensemble_;
   nn::KernelWorkspace<float> workspace_;
-  std::vector<float> inputs_, accelerations_;
+  nn::AlignedVector<float> inputs_, accelerations_;
 };
 
 enum class Sampling {

@@ -16,7 +16,7 @@ constexpr int kStandardisationInputs = 10000;
 
 void standardise_outputs(Member& member, const nn::Kernels<float>& kernels, RandomStream& random) {
   const std::size_t width = static_cast<std::size_t>(member.dynamics.inputs);
-  std::vector<float> inputs(width * kStandardisationInputs), outputs(3 * kStandardisationInputs);
+  nn::AlignedVector<float> inputs(width * kStandardisationInputs), outputs(3 * kStandardisationInputs);
   for (float& x : inputs) x = static_cast<float>(random.normal());
   const nn::KernelWorkspace<float> workspace(kernels);
   kernels.forward(workspace.get(), member.dynamics, member.parameters.data(), inputs.data(), kStandardisationInputs,
@@ -36,7 +36,7 @@ double learning_rate(const TrainingConfig& config, double progress) {
   return config.learning_rate * 0.5 * (1.0 + std::cos(kPi * progress));
 }
 
-void clip(std::vector<float>& gradient, double largest_norm) {
+void clip(nn::AlignedVector<float>& gradient, double largest_norm) {
   double square = 0.0;
   for (const float g : gradient) square += static_cast<double>(g) * g;
   const double norm = std::sqrt(square);
@@ -58,7 +58,7 @@ TrainingState initial_training_state(const TrainingData& data, std::uint64_t see
   const auto index = static_cast<std::uint64_t>(number);
   RandomStream weights(seed, "initial weights", index), start(seed, "initial-state weights", index);
   member.parameters = nn::initial_parameters(member.dynamics, weights);
-  const std::vector<float> more = nn::initial_parameters(member.initial_state, start);
+  const nn::AlignedVector<float> more = nn::initial_parameters(member.initial_state, start);
   member.parameters.insert(member.parameters.end(), more.begin(), more.end());
   RandomStream inputs(seed, "output standardisation", index);
   standardise_outputs(member, kernels, inputs);
@@ -74,7 +74,7 @@ void train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
   const RolloutConstants<float> constants(data.inputs, config, member);
   const nn::KernelWorkspace<float> workspace(kernels);
   WindowBatch<float> batch;
-  std::vector<float> gradient(member.parameters.size());
+  nn::AlignedVector<float> gradient(member.parameters.size());
   std::vector<std::size_t> order(data.windows.size());
   const std::size_t batch_size = static_cast<std::size_t>(config.batch_size);
 

@@ -15,7 +15,7 @@ struct TrainingState {
   Member member;
   int epochs_done = 0;
   long adam_steps = 0;
-  std::vector<float> adam_m, adam_v;
+  nn::AlignedVector<float> adam_m, adam_v;
 };
 
 /// A member before its first step: weights, moments, and the standardisation of its outputs over 10,000 standard

@@ -40,8 +40,8 @@ std::size_t parameter_count(const NetworkShape& shape) {
   return count;
 }
 
-std::vector<float> initial_parameters(const NetworkShape& shape, RandomStream& random) {
-  std::vector<float> parameters;
+AlignedVector<float> initial_parameters(const NetworkShape& shape, RandomStream& random) {
+  AlignedVector<float> parameters;
   parameters.reserve(parameter_count(shape));
   if (shape.outputs == 0) return parameters;
   for (int layer = 0; layer < layer_count(shape); ++layer) {

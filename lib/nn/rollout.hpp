@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <new>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,22 @@
 /// correction of a second network, steps by Euler, and is compared with the observed velocities at each point.
 /// Everything here is compiled once per instruction set and chosen at run time (Kernels).
 namespace leeway::nn {
+
+/// Memory that begins at a multiple of 64 bytes. Vector code handles the elements before such a boundary apart, with
+/// other roundings: only equally aligned numbers give equal bits. Everything that kernels read or write is kept so.
+template <typename T>
+struct AlignedAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t kAlignment{64};
+  AlignedAllocator() = default;
+  template <typename U>
+  explicit(false) AlignedAllocator(const AlignedAllocator<U>&) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), kAlignment)); }
+  void deallocate(T* memory, std::size_t) { ::operator delete(memory, kAlignment); }
+  friend bool operator==(AlignedAllocator, AlignedAllocator) { return true; }
+};
+template <typename T>
+using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
 /// A feedforward network. Its parameters are one array: for each layer the weights (outputs x inputs, column-major),
 /// then the biases.
@@ -30,7 +47,7 @@ int layer_outputs(const NetworkShape& shape, int layer);
 std::size_t parameter_count(const NetworkShape& shape);
 
 /// Weights and biases uniform in +-1/sqrt(fan-in), as PyTorch's Linear starts.
-std::vector<float> initial_parameters(const NetworkShape& shape, RandomStream& random);
+AlignedVector<float> initial_parameters(const NetworkShape& shape, RandomStream& random);
 
 /// What a rollout needs to know besides the parameters. SI units and radians. Arrays are owned by others.
 template <typename S>
@@ -65,7 +82,7 @@ struct AdamSettings {
   double learning_rate = 1e-4, beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
 };
 
-/// One implementation of the hot loops.
+/// One implementation of the hot loops. All arrays are to be AlignedVectors.
 template <typename S>
 struct Kernels {
   std::string_view name;

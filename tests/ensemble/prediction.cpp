@@ -1,0 +1,162 @@
+#include "ensemble/prediction.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include <catch2/catch.hpp>
+
+#include "core/errors.hpp"
+#include "ensemble/ensemble_training.hpp"
+#include "ensemble/synthetic.hpp"
+
+using namespace leeway;
+using namespace leeway::ensemble;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+namespace fs = std::filesystem;
+
+namespace {
+
+// A small trained ensemble, made once.
+const Ensemble& trained() {
+  static const Ensemble ensemble = [] {
+    TrainingConfig config;
+    config.steps = 20;
+    config.initial_state_steps = 5;
+    config.hidden_layers = 2;
+    config.hidden_units = 12;
+    config.epochs = 30;
+    config.members = 4;
+    config.learning_rate = 3e-3;
+    config.gradient_clip_norm = 1000.0;
+    const fs::path folder = fs::temp_directory_path() / "leeway-test-prediction";
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    const TrainingData data =
+        prepare_training_data({test::synthetic_recording(1, 130), test::synthetic_recording(2, 75)}, config);
+    const EnsembleHeader header = make_header(data, 1, {});
+    write_header(folder.string(), header, io::Json::object());
+    train_ensemble(data, header, {folder.string(), {0, 1, 2, 3}, false, 100.0, 2}, nn::kernels(),
+                   [](int, int, double) {});
+    Ensemble result(folder.string(), 0, nn::kernels());
+    fs::remove_all(folder);
+    return result;
+  }();
+  return ensemble;
+}
+
+Samples test_samples() {
+  return resample(test::synthetic_recording(7, 60), trained().header().inputs.actuators, true, 1.0).front();
+}
+
+}  // namespace
+
+TEST_CASE("prediction: a particle of TS-infinity is its member's own rollout", "[ensemble]") {
+  const Samples samples = test_samples();
+  EnsembleEvaluator evaluator(trained());
+  const PredictionOptions options{40, Sampling::ts_infinity, Integrator::rk4, 3};
+  const SequencePrediction p = predict_sequence(evaluator, trained(), samples, {20, 20}, 1, options);
+  REQUIRE(p.eta.size() == 20);
+  CHECK(p.nu[1].cols() == 4);  // one evaluation for each member that was drawn, not one for each particle
+  std::set<int> members;
+  for (const int particle : {0, 1, 7, 20, 39}) {
+    const auto i = static_cast<std::size_t>(particle);
+    const int m = p.member[0][i];
+    members.insert(m);
+    Eigen::Matrix3Xd eta = samples.eta.col(20), nu = samples.nu.col(20);
+    for (Eigen::Index k = 0; k < 19; ++k)
+      evaluator.step(m, Integrator::rk4, 1.0, samples.actuators.col(20 + k), samples.true_wind.col(20 + k), eta, nu);
+    CHECK(p.member[19][i] == m);
+    for (int j = 0; j < 3; ++j) {
+      // Batches of different width may sum in another order: single-precision rounding over 19 steps.
+      CHECK_THAT(p.nu[19](j, p.state[19][i]), WithinAbs(nu(j, 0), 1e-5));
+      CHECK_THAT(p.eta[19](j, p.state[19][i]), WithinAbs(eta(j, 0), 1e-4));
+    }
+  }
+  CHECK(members.size() > 1);
+}
+
+TEST_CASE("prediction: members are drawn uniformly, and anew at each step of TS1 only", "[ensemble]") {
+  const Samples samples = test_samples();
+  EnsembleEvaluator evaluator(trained());
+  std::vector<int> count(4, 0);
+  const SequencePrediction p =
+      predict_sequence(evaluator, trained(), samples, {0, 4}, 0, {4000, Sampling::ts1, Integrator::rk4, 3});
+  int kept = 0;
+  for (std::size_t i = 0; i < 4000; ++i) {
+    ++count[static_cast<std::size_t>(p.member[2][i])];
+    if (p.member[1][i] == p.member[2][i]) ++kept;
+  }
+  // 4000 draws with probability 1/4: standard deviation 27; five of them.
+  for (const int c : count) CHECK(std::abs(c - 1000) < 137);
+  CHECK(std::abs(kept - 1000) < 137);
+  CHECK(p.nu[1].cols() == 4);
+  CHECK(p.nu[2].cols() == 16);  // histories, not particles
+}
+
+TEST_CASE("prediction: another seed draws other members, another recording's name too", "[ensemble]") {
+  Samples samples = test_samples();
+  EnsembleEvaluator evaluator(trained());
+  const PredictionOptions options{50, Sampling::ts_infinity, Integrator::rk4, 3};
+  const auto members = [&](std::uint64_t seed) {
+    PredictionOptions o = options;
+    o.seed = seed;
+    return predict_sequence(evaluator, trained(), samples, {0, 3}, 0, o).member[0];
+  };
+  const std::vector<int> first = members(3);
+  CHECK(first == members(3));
+  CHECK(first != members(4));
+  samples.recording = "another";
+  CHECK(first != members(3));
+}
+
+TEST_CASE("prediction: Euler and RK4 differ by the order that they should", "[ensemble]") {
+  const Samples samples = test_samples();
+  EnsembleEvaluator evaluator(trained());
+  const auto run = [&](Integrator integrator, int parts) {
+    Eigen::Matrix3Xd eta = samples.eta.col(3), nu = samples.nu.col(3);
+    for (int i = 0; i < parts; ++i)
+      evaluator.step(0, integrator, 4.0 / parts, samples.actuators.col(3), samples.true_wind.col(3), eta, nu);
+    return Eigen::Vector3d(nu.col(0));
+  };
+  const Eigen::Vector3d exact = run(Integrator::rk4, 64);
+  const double euler1 = (run(Integrator::euler, 4) - exact).norm(), euler2 = (run(Integrator::euler, 8) - exact).norm();
+  CHECK_THAT(euler1 / euler2, WithinRel(2.0, 0.25));
+  CHECK((run(Integrator::rk4, 4) - exact).norm() < 0.05 * euler1);
+}
+
+TEST_CASE("prediction: the held velocity runs on a circle", "[ensemble]") {
+  Samples samples = test_samples();
+  samples.nu.col(0) = Eigen::Vector3d(0.5, 0.1, 0.05);
+  samples.eta.col(0) = Eigen::Vector3d(3.0, -2.0, 0.7);
+  const SequencePrediction p = hold_velocity(samples, {0, 30});
+  const double psi = 0.7 + 29 * 0.05;
+  CHECK_THAT(p.eta[29](2, 0), WithinRel(psi, 1e-12));
+  const double x = 3.0 + (0.5 * (std::sin(psi) - std::sin(0.7)) + 0.1 * (std::cos(psi) - std::cos(0.7))) / 0.05;
+  const double y = -2.0 + (-0.5 * (std::cos(psi) - std::cos(0.7)) + 0.1 * (std::sin(psi) - std::sin(0.7))) / 0.05;
+  CHECK_THAT(p.eta[29](0, 0), WithinAbs(x, 1e-7));
+  CHECK_THAT(p.eta[29](1, 0), WithinAbs(y, 1e-7));
+  CHECK(p.nu[29].col(0) == p.nu[0].col(0));
+}
+
+TEST_CASE("prediction: the fitted rollout has the training loss", "[ensemble]") {
+  // The curve's last entry is the mean over the last epoch while the weights still moved a little.
+  EnsembleEvaluator evaluator(trained());
+  const TrainingConfig& config = trained().header().config;
+  const Samples samples =
+      resample(test::synthetic_recording(1, 130), trained().header().inputs.actuators, true, 1.0).front();
+  const Samples other =
+      resample(test::synthetic_recording(2, 75), trained().header().inputs.actuators, true, 1.0).front();
+  double loss = 0.0, points = 0.0;
+  for (const Samples* s : {&samples, &other})
+    for (const Range window : training_windows(s->size(), config.steps)) {
+      const SequencePrediction p = fitted_rollout(evaluator, trained(), *s, window);
+      for (Eigen::Index k = 0; k < window.size; ++k) {
+        const Eigen::Vector3d e = p.nu[static_cast<std::size_t>(k)].col(1) - s->nu.col(window.begin + k);
+        loss += e.cwiseQuotient(config.sigma).squaredNorm();
+        points += 1.0;
+      }
+    }
+  CHECK_THAT(loss / points, WithinRel(static_cast<double>(trained().member(1).training_curve.back()), 0.3));
+}

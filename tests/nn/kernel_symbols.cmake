@@ -1,0 +1,15 @@
+# A kernel compiled for a newer instruction set must not export inline functions that other code shares: the linker could
+# keep that copy for everybody. Everything it defines has to live in its own namespaces.
+execute_process(COMMAND nm -C ${OBJECT} OUTPUT_VARIABLE symbols RESULT_VARIABLE failed)
+if(failed)
+  message(FATAL_ERROR "nm cannot read ${OBJECT}")
+endif()
+string(REPLACE "\n" ";" lines "${symbols}")
+foreach(line IN LISTS lines)
+  if(line MATCHES "^[0-9a-f]+ [TWVuD] (.*)$")
+    set(name "${CMAKE_MATCH_1}")
+    if(NOT name MATCHES "LeewayEigen_|leeway::nn::(avx2|avx512)::|DW\\.ref|asan|ubsan|__odr")
+      message(FATAL_ERROR "shared symbol compiled with special instructions: ${name}")
+    endif()
+  endif()
+endforeach()

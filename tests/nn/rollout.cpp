@@ -1,0 +1,182 @@
+#include "nn/rollout.hpp"
+
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+#include "core/errors.hpp"
+#include "ensemble/synthetic.hpp"
+#include "ensemble/training.hpp"
+
+using namespace leeway;
+using namespace leeway::ensemble;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+TrainingConfig small_config() {
+  TrainingConfig config;
+  config.steps = 12;
+  config.initial_state_steps = 4;
+  config.hidden_layers = 2;
+  config.hidden_units = 7;
+  config.pose_scale = {0.3, 0.3, 0.2};  // so that the heading correction matters
+  config.sigma = {0.05, 0.04, 0.02};
+  return config;
+}
+
+struct Case {
+  TrainingData data;
+  TrainingState state;
+  std::vector<std::size_t> windows;
+
+  explicit Case(const TrainingConfig& config, bool with_wind = true)
+      // 29 points: windows of 12 with an overlap; 9 and 3: shorter than K, and shorter than K_init.
+      : data(prepare_training_data(
+            {test::synthetic_recording(1, 29, 1.0, with_wind), test::synthetic_recording(2, 9, 1.0, with_wind),
+             test::synthetic_recording(3, 3, 1.0, with_wind)},
+            config)),
+        state(initial_training_state(data, 5, 0, nn::kernels("portable"))) {
+    for (std::size_t i = 0; i < data.windows.size(); ++i) windows.push_back(i);
+  }
+};
+
+nn::AlignedVector<double> as_double(const nn::AlignedVector<float>& values) { return {values.begin(), values.end()}; }
+
+}  // namespace
+
+TEST_CASE("rollout: the gradient through time agrees with central differences", "[nn]") {
+  const bool with_wind = GENERATE(true, false);
+  const Case c(small_config(), with_wind);
+  REQUIRE(c.windows.size() == 5);
+  const RolloutConstants<double> constants(c.data.inputs, c.data.config, c.state.member);
+  WindowBatch<double> batch;
+  batch.assign(c.data, c.windows.data(), c.windows.size());
+  const nn::Kernels<double>& kernels = nn::kernels_double();
+  const nn::KernelWorkspace<double> workspace(kernels);
+  nn::AlignedVector<double> parameters = as_double(c.state.member.parameters);
+  nn::AlignedVector<double> gradient(parameters.size()), unused(parameters.size());
+  const auto loss = [&](nn::AlignedVector<double>& out) {
+    return kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(), parameters.data(), out.data());
+  };
+  loss(gradient);
+  double norm = 0.0;
+  for (const double g : gradient) norm = std::max(norm, std::abs(g));
+  REQUIRE(norm > 0.0);
+  double worst = 0.0;
+  const double h = 1e-6;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double saved = parameters[i];
+    parameters[i] = saved + h;
+    const double above = loss(unused);
+    parameters[i] = saved - h;
+    const double below = loss(unused);
+    parameters[i] = saved;
+    worst = std::max(worst, std::abs((above - below) / (2.0 * h) - gradient[i]) / norm);
+  }
+  CHECK(worst < 1e-6);
+}
+
+TEST_CASE("rollout: the loss of a hand-computed case", "[nn]") {
+  // No hidden signal (all weights zero, output bias given): the acceleration is the bias. Two windows of 3 and 2
+  // points, dt = 0.5, no initial-state network. Window 1: nu = (1,0,0), (1.5,0,0), (2,0,0) against observations
+  // (1,0,0), (1.5,0,0), (2.3,0,0): error -0.3 at the last point. Window 2: nu = (0,0,0), (0.5,0,0) against (0,0,0),
+  // (0.5,0.2,0): error -0.2. With 1/sigma^2 = 4: loss = 4 (0.09 + 0.04) / 5 points.
+  const nn::NetworkShape shape{4, 1, 2, 3};
+  nn::AlignedVector<double> parameters(nn::parameter_count(shape), 0.0);
+  parameters[parameters.size() - 3] = 1.0;  // output bias of u'
+  const double mean[4] = {0, 0, 0, 0}, inverse_sd[4] = {1, 1, 1, 1}, offset[3] = {0, 0, 0}, scale[3] = {1, 1, 1};
+  nn::RolloutModel<double> model;
+  model.dynamics = shape;
+  model.controls = 1;
+  model.dt = 0.5;
+  model.input_mean = mean;
+  model.input_inverse_sd = inverse_sd;
+  model.output_offset = offset;
+  model.output_scale = scale;
+  const double nu[18] = {1, 0, 0, 0, 0, 0, 1.5, 0, 0, 0.5, 0.2, 0, 2.3, 0, 0, 0, 0, 0};
+  const double weight[18] = {4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 0, 0, 0};
+  const double psi[2] = {0, 0}, controls[6] = {1, 2, 3, 4, 5, 6}, wind[12] = {};
+  nn::RolloutBatch<double> batch;
+  batch.windows = 2;
+  batch.points = 3;
+  batch.nu_observed = nu;
+  batch.weight = weight;
+  batch.psi_initial = psi;
+  batch.controls = controls;
+  batch.true_wind = wind;
+  batch.count = 5;
+  const nn::KernelWorkspace<double> workspace(nn::kernels_double());
+  nn::AlignedVector<double> gradient(parameters.size());
+  const double loss =
+      nn::kernels_double().loss_and_gradient(workspace.get(), model, batch, parameters.data(), gradient.data());
+  CHECK_THAT(loss, WithinRel(4.0 * (0.09 + 0.04) / 5.0, 1e-14));
+  // d loss / d bias_u = 2/5 * 4 * (-0.3) * (2 steps * dt); d / d bias_v = 2/5 * 4 * (-0.2) * (1 step * dt).
+  CHECK_THAT(gradient[parameters.size() - 3], WithinRel(-0.48, 1e-14));
+  CHECK_THAT(gradient[parameters.size() - 2], WithinRel(-0.16, 1e-14));
+}
+
+TEST_CASE("rollout: every kernel of this processor gives the double-precision gradient to single precision", "[nn]") {
+  TrainingConfig config = small_config();
+  config.hidden_units = 33;
+  const Case c(config);
+  const RolloutConstants<double> exact_constants(c.data.inputs, config, c.state.member);
+  WindowBatch<double> exact_batch;
+  exact_batch.assign(c.data, c.windows.data(), c.windows.size());
+  const nn::AlignedVector<double> parameters = as_double(c.state.member.parameters);
+  nn::AlignedVector<double> exact(parameters.size());
+  const nn::KernelWorkspace<double> exact_workspace(nn::kernels_double());
+  const double exact_loss = nn::kernels_double().loss_and_gradient(exact_workspace.get(), exact_constants.view(),
+                                                                   exact_batch.view(), parameters.data(), exact.data());
+  double norm = 0.0;
+  for (const double g : exact) norm += g * g;
+  for (const std::string& name : nn::available_kernels()) {
+    CAPTURE(name);
+    const nn::Kernels<float>& kernels = nn::kernels(name);
+    const RolloutConstants<float> constants(c.data.inputs, config, c.state.member);
+    WindowBatch<float> batch;
+    batch.assign(c.data, c.windows.data(), c.windows.size());
+    nn::AlignedVector<float> gradient(parameters.size());
+    const nn::KernelWorkspace<float> workspace(kernels);
+    const double loss = kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(),
+                                                  c.state.member.parameters.data(), gradient.data());
+    CHECK_THAT(loss, WithinRel(exact_loss, 1e-5));
+    double difference = 0.0;
+    for (std::size_t i = 0; i < gradient.size(); ++i) difference += std::pow(gradient[i] - exact[i], 2);
+    CHECK(std::sqrt(difference / norm) < 1e-4);
+  }
+}
+
+TEST_CASE("adam: the first two steps follow the published update", "[nn]") {
+  // Step 1 moves each parameter by -rate * g / (|g| + eps); step 2 computed from m, v with their corrections.
+  const nn::AdamSettings settings{0.1, 0.9, 0.999, 1e-8};
+  std::vector<double> p{1.0, -2.0}, m(2, 0.0), v(2, 0.0);
+  std::vector<double> g{0.5, -4.0};
+  nn::kernels_double().adam(settings, 1, 2, g.data(), p.data(), m.data(), v.data());
+  CHECK_THAT(p[0], WithinAbs(0.9, 1e-8));
+  CHECK_THAT(p[1], WithinAbs(-1.9, 1e-8));
+  g = {-1.0, 2.0};
+  nn::kernels_double().adam(settings, 2, 2, g.data(), p.data(), m.data(), v.data());
+  const double m0 = (0.9 * 0.1 * 0.5 + 0.1 * -1.0) / (1.0 - 0.81);
+  const double v0 = (0.999 * 0.001 * 0.25 + 0.001 * 1.0) / (1.0 - 0.999 * 0.999);
+  CHECK_THAT(p[0], WithinAbs(0.9 - 0.1 * m0 / (std::sqrt(v0) + 1e-8), 1e-7));
+}
+
+TEST_CASE("network: initial weights are uniform in one over the root of the fan-in", "[nn]") {
+  const nn::NetworkShape shape{8, 3, 64, 3};
+  RandomStream random(1, "test");
+  const nn::AlignedVector<float> p = nn::initial_parameters(shape, random);
+  REQUIRE(p.size() == 64 * 9 + 2 * 64 * 65 + 3 * 65);
+  double largest_first = 0.0, square_second = 0.0;
+  for (int i = 0; i < 64 * 9; ++i) largest_first = std::max(largest_first, std::abs(static_cast<double>(p[i])));
+  for (int i = 64 * 9; i < 64 * 9 + 64 * 65; ++i) square_second += static_cast<double>(p[i]) * p[i] / (64 * 65);
+  CHECK(largest_first <= 1.0 / std::sqrt(8.0));
+  CHECK(largest_first > 0.98 / std::sqrt(8.0));
+  CHECK_THAT(square_second, WithinRel(1.0 / 64.0 / 3.0, 0.05));  // variance of a uniform distribution
+}
+
+TEST_CASE("kernels: an unknown name is refused with the names there are", "[nn]") {
+  CHECK_THROWS_AS(nn::kernels("sse9"), UsageError);
+  CHECK(nn::kernels("auto").name == nn::available_kernels().front());
+}
