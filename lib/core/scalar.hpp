@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+
+namespace leeway {
+
+/// Below this square of the speed [m^2/s^2] a ship is at rest: v', r' and the drift angle are undefined there, and
+/// every force that needs them is below 1e-9 of the ship's weight in the shipped models.
+inline constexpr double kAtRest_m2ps2 = 1e-12;
+
+/// x within [low, high]; a limited autodiff scalar has no derivative left. T: double or an autodiff scalar.
+template <typename T>
+T limited(const T& x, double low, double high) {
+  return x < T(low) ? T(low) : x > T(high) ? T(high) : x;
+}
+
+/// c0 + c1 x + c2 x^2.
+template <typename T>
+T quadratic(const std::array<T, 3>& c, const T& x) {
+  return c[0] + (c[1] + c[2] * x) * x;
+}
+
+}  // namespace leeway

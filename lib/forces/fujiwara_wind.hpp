@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "core/scalar.hpp"
+#include "core/types.hpp"
+#include "ship/coefficients.hpp"
+
+namespace leeway {
+
+/// Wind force by regression from the geometry above water; the direction gamma_A is where the wind comes from, 0 from
+/// the bow, positive from starboard.
+///   wind     apparent wind U_A (cos gamma_A, sin gamma_A) in ship axes [m/s], as apparent_wind() gives it
+///   returns  (X_A [N], Y_A [N], N_A [N m]) at midship
+/// Source: Fujiwara, Ueno & Nimura (1998), J. SNAJ 183, 77-90; the length is L_pp where the paper has L_OA.
+template <typename T>
+struct FujiwaraWind {
+  static constexpr std::string_view name = "fujiwara-1998";
+  FujiwaraWindGeometry g;
+  double L;
+  T X0, X1, X3, X5, Y1, Y3, Y5, N1, N2, N3;  ///< of cos and sin (k A), A = 2 pi - gamma_A
+
+  FujiwaraWind(const FujiwaraWindGeometry& geometry, const Particulars& particulars)
+      : g(geometry), L(particulars.L_pp) {
+    const auto& [rho, B, A_T, A_L, A_OD, C, C_BR, H_BR, H_C] = g;
+    X0 = T(-0.330 + 0.293 * B * H_BR / A_T + 0.0193 * C / H_C + 0.682 * A_OD / (L * L));
+    X1 = T(-1.353 + 1.700 * A_L / (L * B) + 2.870 * L * H_C / A_L - 0.463 * L * H_BR / A_L - 0.570 * A_OD / A_L -
+           6.640 * A_T / (L * B) - 0.0123 * L * L / A_T + 0.0202 * L / H_C);
+    X3 = T(0.830 - 0.413 * A_L / (L * H_BR) - 0.0827 * A_L / A_T - 0.563 * L * H_C / A_L + 0.804 * A_OD / A_L -
+           5.670 * A_OD / (L * L) + 0.0401 * C / H_C - 0.132 * C_BR / L);
+    X5 = T(0.0372 - 0.0075 * A_L / A_OD - 0.103 * C_BR / L + 0.0921 * A_L / (L * B));
+    Y1 =
+        T(0.684 + 0.717 * C_BR / L - 3.220 * C / L + 0.0281 * A_L / A_OD + 0.0661 * C / H_C + 0.298 * A_T / (B * H_BR));
+    Y3 = T(-0.400 + 0.282 * A_L / (L * B) + 0.307 * L * H_C / A_L + 0.0519 * C_BR / L + 0.0526 * B / H_BR -
+           0.0814 * A_OD / A_L + 0.0582 * A_T / (B * H_BR));
+    Y5 = T(0.122 - 0.166 * A_L / (L * B) - 0.0054 * L / H_BR - 0.0481 * C_BR / L - 0.0136 * B * B / A_T +
+           0.0864 * C / L - 0.0297 * C * H_C / A_L);
+    N1 = T(0.299 + 1.710 * C / L + 0.183 * L * H_C / A_L - 1.09 * A_T / A_L - 0.0442 * C / H_C - 0.289 * A_L / (L * B) +
+           4.24 * A_T / (L * L) - 0.0646 * B * B / A_T + 0.0306 * C_BR / L);
+    N2 = T(0.117 + 0.123 * C_BR / L - 0.323 * C / L + 0.0041 * A_L / A_OD - 0.166 * A_T / (B * B) - 0.0109 * L / H_BR +
+           0.174 * A_T / (B * H_BR) + 0.214 * A_L / (L * B) - 1.06 * A_L / (L * L));
+    N3 = T(0.0230 + 0.0385 * C_BR / L - 0.0339 * A_T / (B * H_BR) + 0.0023 * A_L / A_T);
+  }
+
+  /// (C_X, C_Y, C_N) for the direction given by its cosine and sine.
+  Vec3<T> coefficients(const T& cos_gamma, const T& sin_gamma) const {
+    // Multiple angles by recurrence: cos 2x, cos 3x, cos 5x and the same for sine.
+    const T &c1 = cos_gamma, &s1 = sin_gamma;
+    const T c2 = c1 * c1 - s1 * s1, s2 = 2.0 * s1 * c1;
+    const T c3 = c2 * c1 - s2 * s1, s3 = s2 * c1 + c2 * s1;
+    const T c5 = c3 * c2 - s3 * s2, s5 = s3 * c2 + c3 * s2;
+    return {X0 + X1 * c1 + X3 * c3 + X5 * c5, -(Y1 * s1 + Y3 * s3 + Y5 * s5), -(N1 * s1 + N2 * s2 + N3 * s3)};
+  }
+
+  Vec3<T> force(const Vec2<T>& wind) const {
+    using std::sqrt;
+    const T U2 = wind(0) * wind(0) + wind(1) * wind(1);
+    if (!(U2 > T(kAtRest_m2ps2))) return Vec3<T>::Zero();
+    const T U = sqrt(U2);
+    const Vec3<T> k = coefficients(wind(0) / U, wind(1) / U);
+    const T q = 0.5 * g.rho_air * U2;
+    return {q * g.A_T * k(0), q * g.A_L * k(1), q * g.A_L * L * k(2)};
+  }
+};
+
+}  // namespace leeway

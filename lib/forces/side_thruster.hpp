@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cmath>
+#include <string_view>
+
+#include "core/scalar.hpp"
+#include "core/units.hpp"
+#include "ship/actuators.hpp"
+#include "ship/coefficients.hpp"
+
+namespace leeway {
+
+/// Bow or stern thruster whose effect changes with the ship's speed, Fr = |u| / sqrt(g L).
+///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water
+///   returns  (0, Y_T [N], N_T [N m]) at midship; n > 0 pushes to starboard. No force from |u| = u_max on: a step.
+/// Source: Kobayashi (1988) in the form of the ensemble paper (Wakita, Akimoto & Maki).
+template <typename T>
+struct SideThruster {
+  static constexpr std::string_view name = "kobayashi-1988";
+  SideThrusterCoefficients<T> c;
+  Particulars p;
+
+  SideThruster(const SideThrusterCoefficients<double>& coefficients, const Particulars& particulars)
+      : c(coefficients.cast<T>()), p(particulars) {}
+
+  Vec3<T> force(const Vec3<T>& nu, const Actuators<T>& actuators) const {
+    using std::abs, std::sqrt;
+    const T& n = actuators[c.channel];
+    const T abs_u = abs(nu(0));
+    if (!(abs_u < T(c.u_max))) return Vec3<T>::Zero();
+    const T Fr = abs_u / sqrt(kGravity_mps2 * p.L_pp);
+    const double D2 = c.D * c.D;
+    const T thrust = (p.rho * D2 * D2) * (n < T(0.0) ? c.K_T_negative : c.K_T_positive) * n * n;
+    return {T(0.0), (1.0 + quadratic<T>(c.a_Y, Fr)) * thrust, (1.0 + quadratic<T>(c.a_N, Fr)) * thrust * c.x};
+  }
+};
+
+}  // namespace leeway

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "core/scalar.hpp"
+#include "core/units.hpp"
+#include "forces/propeller_flow.hpp"
+#include "ship/actuators.hpp"
+#include "ship/coefficients.hpp"
+
+namespace leeway {
+
+/// One rudder behind one propeller, with the inflow behind a reversed propeller.
+///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water
+///   returns  (X_R [N], Y_R [N], N_R [N m]) at midship
+/// gamma_R takes its side from the sway at the rudder, v_m + x_R r; at n < 0 the inflow changes its form with u.
+/// Source: Yasukawa & Yoshimura (2015), JMST 20, 37-52 (MMG standard method); reversed propeller: as in the public
+/// simulator of Osaka University (NAOE-5thLab/mmg-1p1r-simulator), there attributed to Kitagawa.
+template <typename T>
+struct SingleRudder {
+  static constexpr std::string_view name = "single";
+  SingleRudderCoefficients<T> c;
+  Particulars p;
+  double D_P;  ///< of the propeller in front [m]
+
+  SingleRudder(const SingleRudderCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m)
+      : c(coefficients.cast<T>()), p(particulars), D_P(D_P_m) {}
+
+  Vec3<T> force(const Vec3<T>& nu, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
+    using std::cos, std::sin, std::sqrt;
+    const T& delta = actuators[Channel::delta];
+    const T u_R = inflow(nu(0), flow);
+    const T gamma = nu(1) + c.x_R * nu(2) < T(0.0) ? c.gamma_R_negative : c.gamma_R_positive;
+    const T v_R = -gamma * (nu(1) + c.l_R * p.L_pp * nu(2));
+    const T U_R2 = u_R * u_R + v_R * v_R;
+    if (!(U_R2 > T(kAtRest_m2ps2))) return Vec3<T>::Zero();
+
+    // U_R^2 sin(delta - atan2(v_R, u_R)), without the angle.
+    const T s = sin(delta), k = cos(delta);
+    const T F_N = 0.5 * p.rho * c.A_R * c.f_alpha * sqrt(U_R2) * (u_R * s - v_R * k);
+    return {-(1.0 - c.t_R) * F_N * s, -(1.0 + c.a_H) * F_N * k, -(c.x_R + c.a_H * c.x_H * p.L_pp) * F_N * k};
+  }
+
+ private:
+  // Longitudinal flow at the rudder [m/s]; negative where it comes from astern.
+  T inflow(const T& u, const PropellerFlow<T>& flow) const {
+    using std::abs, std::sqrt;
+    const double eta = std::min(1.0, D_P / sqrt(c.A_R * c.aspect_ratio));
+    const T b = c.epsilon * flow.u_P;
+    if (!(flow.n < T(0.0)) && flow.n2_K_T > T(0.0)) {
+      const T race = sqrt(flow.u_P * flow.u_P + 8.0 * flow.n2_K_T * (D_P * D_P / kPi));
+      const T a = b + c.k_x * (race - flow.u_P);
+      const T u_R2 = eta * a * a + (1.0 - eta) * b * b;
+      return u_R2 > T(kAtRest_m2ps2) ? sqrt(u_R2) : T(0.0);
+    }
+    if (u < T(0.0)) return u;
+    const T suction2 = 8.0 * abs(flow.n2_K_T) / kPi;
+    if (!(suction2 > T(0.0))) return b;
+    const T suction = c.k_reversed * D_P * sqrt(suction2);
+    const T a = flow.n < T(0.0) ? T(b - suction) : T(b + suction);
+    const T q = eta * (a < T(0.0) ? T(-a * a) : T(a * a)) + (1.0 - eta) * b * b - c.k_hull_wake * u * u;
+    if (!(abs(q) > T(kAtRest_m2ps2))) return T(0.0);
+    return q < T(0.0) ? T(-sqrt(-q)) : T(sqrt(q));
+  }
+};
+
+}  // namespace leeway

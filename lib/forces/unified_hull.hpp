@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cmath>
+#include <string_view>
+
+#include "core/scalar.hpp"
+#include "core/types.hpp"
+#include "core/units.hpp"
+#include "ship/coefficients.hpp"
+
+namespace leeway {
+
+/// Cross-flow integrals over the length: (Int |w| w dx / L, Int |w| w x dx / L^2) [m^2/s^2] with w = v + a x and x
+/// from -L/2 to L/2.
+///   v      sway at midship [m/s]
+///   b      a L/2: what the yaw rate adds to the cross flow at the bow [m/s]
+/// Exact: the integrand changes sign inside the hull where |b| > |v|. Neither form divides by what goes to zero in its
+/// own range, so nothing cancels at b = 0 or v = 0.
+template <typename T>
+Vec2<T> cross_flow_integrals(const T& v, const T& b) {
+  using std::abs;
+  const T abs_v = abs(v), abs_b = abs(b);
+  if (!(abs_b > abs_v)) {
+    const T b2_3 = b * b / 3.0;
+    return {v < T(0.0) ? T(-v * v - b2_3) : T(v * v + b2_3), abs_v * b / 3.0};
+  }
+  const T q = v / abs_b;  // minus the place of the zero crossing, by L/2
+  const T moment = (abs_b * abs_b / 2.0 + v * v - q * q * v * v / 6.0) / 4.0;
+  return {v * abs_b + q * v * v / 3.0, b < T(0.0) ? T(-moment) : moment};
+}
+
+/// Hull force for any drift angle; added mass is in dynamics/, the Munk moment is in N_v.
+///   nu      (u [m/s], v_m [m/s], r [rad/s]) at midship, through the water
+///   returns (X_H [N], Y_H [N], N_H [N m]) at midship
+/// Source: Yoshimura, Nakao & Ishibashi (2009), Unified Mathematical Model for Ocean and Harbour Manoeuvring, MARSIM.
+template <typename T>
+struct UnifiedHull {
+  static constexpr std::string_view name = "unified-2009";
+  UnifiedHullCoefficients<T> c;
+  Particulars p;
+
+  UnifiedHull(const UnifiedHullCoefficients<double>& coefficients, const Particulars& particulars)
+      : c(coefficients.cast<T>()), p(particulars) {}
+
+  Vec3<T> force(const Vec3<T>& nu) const {
+    using std::abs, std::atan2, std::sqrt;
+    const T &u = nu(0), &v = nu(1);
+    const T Lr = p.L_pp * nu(2);
+
+    // At rest the drift angle is undefined and its term is zero.
+    T X = c.X_vr * v * Lr;
+    const T U2 = u * u + v * v;
+    if (U2 > T(kAtRest_m2ps2)) {
+      const T beta = abs(atan2(v, u));
+      X += (c.X_0F + (c.X_0A - c.X_0F) * beta / kPi) * u * sqrt(U2);
+    }
+    const T abs_u = abs(u);
+    const T Y = c.Y_v * v * abs_u + c.Y_r * Lr * u - c.C_D * cross_flow_integrals<T>(v, c.C_rY * Lr / 2.0)(0);
+    const T N = c.N_v * v * u + c.N_r * Lr * abs_u - c.C_D * cross_flow_integrals<T>(v, c.C_rN * Lr / 2.0)(1);
+
+    const double q = 0.5 * p.rho * p.L_pp * p.d;  // [kg/m]
+    return {q * X, q * Y, q * p.L_pp * N};
+  }
+};
+
+}  // namespace leeway
