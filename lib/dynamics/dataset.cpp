@@ -1,0 +1,192 @@
+#include "dynamics/dataset.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "io/files.hpp"
+#include "io/trajectory_csv.hpp"
+
+namespace leeway {
+namespace {
+
+using io::JsonObject;
+
+// "Test-ZT" -> "test-zt"; the name of a set is a folder and the beginning of file names.
+std::string prefix_of(const JsonObject& set, const std::string& name) {
+  std::string prefix;
+  for (const char c : name) {
+    const bool is_upper = c >= 'A' && c <= 'Z';
+    if (!is_upper && !(c >= 'a' && c <= 'z') && !(c >= '0' && c <= '9') && c != '-' && c != '_')
+      set.fail("name", fmt::format("expected letters, digits, '-' and '_', got '{}'", name));
+    prefix += is_upper ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  if (name.empty() || name == "truth") set.fail("name", fmt::format("'{}' cannot be a set's name", name));
+  return prefix;
+}
+
+DrawnRange read_range(const JsonObject& json, const std::string& key, io::Bounds bounds) {
+  if (!json.has(key)) return {};
+  if (json.value(key).is_number()) {
+    const double value = json.number(key, bounds);
+    return {value, value};
+  }
+  const std::vector<double> ends = json.numbers(key, 2);
+  if (!(ends[0] <= ends[1]) || ends[0] < bounds.low) json.fail(key, "expected a number, or two numbers [low, high]");
+  return {ends[0], ends[1]};
+}
+
+std::vector<double> one_or_more(const JsonObject& json, const std::string& key) {
+  if (json.value(key).is_number()) return {json.number(key)};
+  std::vector<double> values = json.numbers(key);
+  if (values.empty()) json.fail(key, "expected at least one number");
+  return values;
+}
+
+// The runs of one entry: every parameter `count` times.
+void read_runs(const JsonObject& json, const std::string& prefix, const Ship& ship, const TimeGrid& grid,
+               std::vector<RunSpec>& runs) {
+  RunSpec run;
+  const std::string kind = json.word("maneuver", {"random", "zigzag", "turning"});
+  run.kind = kind == "random" ? ManeuverKind::random : kind == "zigzag" ? ManeuverKind::zigzag : ManeuverKind::turning;
+  run.duration_s = json.number("duration_s", io::kPositive);
+  try {
+    TimeGrid{grid.dt_s, grid.sample_s, run.duration_s}.check();
+  } catch (const UsageError& error) {
+    json.fail("duration_s", error.what());
+  }
+  run.u0_mps = json.number_or("u0_mps", ship.u0_mps);
+  if (const auto wind = json.object_if("wind")) {
+    run.wind_speed_mps = read_range(*wind, "speed_mps", io::kNotNegative);
+    const DrawnRange deg = read_range(*wind, "dir_deg", {});
+    run.wind_dir = {deg_to_rad(deg.low), deg_to_rad(deg.high)};
+    wind->check_all_known();
+  }
+  const auto count = static_cast<std::size_t>(json.integer_or("count", 1, {1.0, 100000.0}));
+  std::vector<double> rudders{0.0}, headings;
+  if (run.kind != ManeuverKind::random) {
+    rudders = one_or_more(json, "rudder_deg");
+    if (std::count(rudders.begin(), rudders.end(), 0.0) > 0) json.fail("rudder_deg", "expected numbers other than 0");
+  }
+  if (run.kind == ManeuverKind::zigzag) {
+    if (json.has("heading_deg"))
+      headings = one_or_more(json, "heading_deg");
+    else
+      for (const double rudder : rudders) headings.push_back(std::abs(rudder));
+    if (headings.size() != rudders.size())
+      json.fail("heading_deg", fmt::format("expected as many numbers as rudder_deg has ({})", rudders.size()));
+    if (std::any_of(headings.begin(), headings.end(), [](double h) { return !(h > 0.0); }))
+      json.fail("heading_deg", "expected numbers > 0");
+  }
+  json.check_all_known();
+
+  for (std::size_t i = 0; i < rudders.size(); ++i)
+    for (std::size_t k = 1; k <= count; ++k) {
+      run.rudder = deg_to_rad(rudders[i]);
+      const std::string angle = fmt::format("{}{}", rudders[i] < 0.0 ? "port" : "", std::abs(rudders[i]));
+      if (run.kind == ManeuverKind::random) {
+        run.name = fmt::format("{}-r-{:02}", prefix, k);
+      } else if (run.kind == ManeuverKind::turning) {
+        run.name = fmt::format("{}-t{}", prefix, angle);
+      } else {
+        run.heading = deg_to_rad(headings[i]);
+        run.name = fmt::format("{}-z{}", prefix, angle);
+        if (headings[i] != std::abs(rudders[i])) run.name += fmt::format("-{}", headings[i]);
+      }
+      if (run.kind != ManeuverKind::random && count > 1) run.name += fmt::format("-{:02}", k);
+      runs.push_back(run);
+    }
+}
+
+double draw(const DrawnRange& range, RandomStream& stream) {
+  return range.low == range.high ? range.low : stream.uniform(range.low, range.high);
+}
+
+// The noise-free run with the given place in the dataset.
+Trajectory simulate_run(const DatasetSpec& spec, const RunSpec& run, std::uint64_t seed, std::uint64_t place) {
+  SimulatedShip ship(spec.ship);
+  ship.state.nu(0) = run.u0_mps;
+  RandomStream wind(seed, "wind of a run", place);
+  const double speed = draw(run.wind_speed_mps, wind);
+  const double direction = draw(run.wind_dir, wind);
+  const auto maneuver = run.kind == ManeuverKind::turning  ? turning(spec.ship, run.rudder)
+                        : run.kind == ManeuverKind::zigzag ? zigzag(spec.ship, run.rudder, run.heading)
+                                                           : random_orders(spec.ship, {seed, "random orders", place});
+  try {
+    return simulate(ship, *maneuver, wind_from_vector(speed, direction),
+                    {spec.grid.dt_s, spec.grid.sample_s, run.duration_s});
+  } catch (const NumericalError& error) {
+    throw NumericalError(fmt::format("{}: {}", run.name, error.what()));
+  }
+}
+
+}  // namespace
+
+DatasetSpec read_dataset_spec(const std::string& name_or_path) {
+  const std::string path = io::find_config("datasets", name_or_path);
+  const io::Json text = io::read_json(path);
+  const JsonObject json(text, path);
+  json.text_or("description", "");
+  DatasetSpec spec;
+  spec.ship = read_ship(json.text("ship"));
+  spec.input_files = {path, spec.ship.file};
+  spec.grid.dt_s = json.number_or("dt_s", spec.grid.dt_s, io::kPositive);
+  spec.grid.sample_s = json.number_or("sample_s", spec.grid.sample_s, io::kPositive);
+  if (json.has("noise")) {
+    if (json.value("noise").is_object()) {
+      spec.noise = parse_noise(json.object("noise"));
+    } else {
+      const std::string file = io::find_config("noise", json.text("noise"));
+      spec.noise = read_noise(file);
+      spec.input_files.push_back(file);
+    }
+  }
+  std::set<std::string> names, set_names;
+  for (const JsonObject& set : json.objects("sets")) {
+    DatasetSpec::Set& result = spec.sets.emplace_back();
+    result.name = set.text("name");
+    const std::string prefix = prefix_of(set, result.name);
+    if (!set_names.insert(result.name).second) set.fail("name", fmt::format("'{}' stands twice", result.name));
+    for (const JsonObject& runs : set.objects("runs")) read_runs(runs, prefix, spec.ship, spec.grid, result.runs);
+    for (const RunSpec& run : result.runs)
+      if (!names.insert(run.name).second)
+        set.fail("runs", fmt::format("two recordings would be called '{}'", run.name));
+    set.check_all_known();
+  }
+  json.check_all_known();
+  return spec;
+}
+
+void generate_dataset(const DatasetSpec& spec, const std::string& folder, std::uint64_t seed, std::size_t jobs,
+                      const io::Json& provenance) {
+  struct Place {
+    const DatasetSpec::Set* set;
+    const RunSpec* run;
+  };
+  std::vector<Place> places;
+  io::Json sets = io::Json::array();
+  for (const DatasetSpec::Set& set : spec.sets) {
+    io::make_directories(fmt::format("{}/{}/truth", folder, set.name));
+    io::Json recordings = io::Json::array();
+    for (const RunSpec& run : set.runs) {
+      places.push_back({&set, &run});
+      recordings.push_back({{"file", fmt::format("{}/{}.csv", set.name, run.name)},
+                            {"truth", fmt::format("{}/truth/{}.csv", set.name, run.name)}});
+    }
+    sets.push_back({{"name", set.name}, {"noise", to_json(spec.noise)}, {"recordings", recordings}});
+  }
+  parallel_for(places.size(), jobs, [&](std::size_t i) {
+    const auto& [set, run] = places[i];
+    const Trajectory truth = simulate_run(spec, *run, seed, i);
+    const Trajectory recording = observed(truth, spec.noise, {seed, "observation noise", i});
+    io::write_trajectory(fmt::format("{}/{}/truth/{}.csv", folder, set->name, run->name), truth);
+    io::write_trajectory(fmt::format("{}/{}/{}.csv", folder, set->name, run->name), recording);
+  });
+  io::write_text(folder + "/dataset.json", io::to_text({{"sets", sets}, {"provenance", provenance}}));
+}
+
+}  // namespace leeway

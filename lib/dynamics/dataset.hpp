@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "dynamics/maneuvers.hpp"
+#include "dynamics/observation_noise.hpp"
+
+namespace leeway {
+
+/// A quantity that is drawn for each run, uniform within [low, high]; low = high: fixed.
+struct DrawnRange {
+  double low = 0.0, high = 0.0;
+};
+
+enum class ManeuverKind { random, zigzag, turning };
+
+/// One run of a dataset.
+struct RunSpec {
+  std::string name;  ///< of the recording, unique in the dataset
+  ManeuverKind kind = ManeuverKind::random;
+  double rudder = 0.0, heading = 0.0;  ///< [rad]
+  double u0_mps = 0.0, duration_s = 0.0;
+  DrawnRange wind_speed_mps, wind_dir;  ///< [m/s], [rad]
+};
+
+struct DatasetSpec {
+  struct Set {
+    std::string name;
+    std::vector<RunSpec> runs;
+  };
+  Ship ship;
+  TimeGrid grid;  ///< its duration is not used
+  ObservationNoise noise;
+  std::vector<Set> sets;
+  std::vector<std::string> input_files;  ///< what was read, for the provenance
+};
+
+/// Reads a dataset specification (docs/mmg-sim.md): a path, or the name of a shipped one such as "demo".
+/// Throws InputError for anything unknown, missing or impossible.
+DatasetSpec read_dataset_spec(const std::string& name_or_path);
+
+/// Simulates all runs and writes <folder>/<set>/<name>.csv, <folder>/<set>/truth/<name>.csv and, last,
+/// <folder>/dataset.json. Each run has its own random streams by its place in the specification: the bytes do not
+/// depend on `jobs`. Throws IoError, NumericalError with the run's name.
+void generate_dataset(const DatasetSpec& spec, const std::string& folder, std::uint64_t seed, std::size_t jobs,
+                      const io::Json& provenance);
+
+}  // namespace leeway

@@ -1,0 +1,163 @@
+#include "dynamics/replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "recording/samples.hpp"
+
+namespace leeway {
+namespace {
+
+constexpr double kSameTime = 1e-6;    // of a step
+constexpr double kLimitSlack = 0.02;  // of an actuator's range: measured values overshoot a little
+
+void hold_last(std::vector<double>& values) {
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (std::isnan(values[i])) values[i] = values[i - 1];
+}
+
+const std::vector<double>& require(const Trajectory& recording, Channel channel, const Ship& ship) {
+  if (!recording.has(channel))
+    throw InputError(recording.file, 1, "",
+                     fmt::format("no column '{}', which the ship '{}' needs", column_name(channel), ship.name));
+  return recording[channel];
+}
+
+// Integrates over one sampling time.
+void advance(const Model<double>& model, ShipState<double>& state, const RecordedInputs& inputs, double t_s,
+             const TimeGrid& grid, const Trajectory& recording) {
+  for (std::size_t i = 0; i < grid.steps_per_sample(); ++i) {
+    const double now = t_s + static_cast<double>(i) * grid.dt_s;
+    state = integrate(model, state, inputs.step(now, grid.dt_s), grid.dt_s);
+    if (!state.nu.allFinite() || !state.eta.allFinite())
+      throw NumericalError(fmt::format("{}: the simulation diverged at {} s; reduce the time step (now {} s)",
+                                       recording.file, now + grid.dt_s, grid.dt_s));
+  }
+}
+
+}  // namespace
+
+RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, InputInterpolation interpolation)
+    : t_(recording[Channel::t]), interpolation_(interpolation) {
+  const std::size_t n = t_.size();
+  for (const Actuator& actuator : ship.actuators) {
+    const std::vector<double>& values = require(recording, actuator.channel, ship);
+    const double slack = kLimitSlack * (actuator.max - actuator.min);
+    const auto outside = std::count_if(values.begin(), values.end(),
+                                       [&](double x) { return x < actuator.min - slack || x > actuator.max + slack; });
+    if (outside > 0)
+      notices_.push_back(
+          fmt::format("{}: {} samples of '{}' are outside the limits of the ship '{}' and are used as they are",
+                      recording.file, outside, info(actuator.channel).name, ship.name));
+    channels_.push_back(actuator.channel);
+    actuators_.push_back(values);
+  }
+
+  wind_x_.assign(n, 0.0);
+  wind_y_.assign(n, 0.0);
+  has_wind_ = recording.has_wind() && ship.wind.has_value();
+  if (has_wind_) {
+    const bool is_true = recording.has(Channel::wind_speed) && recording.has(Channel::wind_dir);
+    require(recording, Channel::psi, ship);
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vec2<double> wind =
+          is_true ? wind_from_vector(recording[Channel::wind_speed][i], recording[Channel::wind_dir][i])
+                  : true_wind_from_apparent<double>(
+                        wind_from_vector(recording[Channel::app_wind_speed][i], recording[Channel::app_wind_dir][i]),
+                        recording[Channel::psi][i], recording[Channel::u][i], recording[Channel::vm][i]);
+      wind_x_[i] = wind(0);
+      wind_y_[i] = wind(1);
+    }
+  } else if (ship.wind) {
+    notices_.push_back(fmt::format("{}: has no wind; calm air is assumed", recording.file));
+  }
+
+  hold_last(wind_x_);
+  hold_last(wind_y_);
+  for (std::vector<double>& values : actuators_) hold_last(values);
+  for (std::size_t i = 0; i < n && !first_known_; ++i) {
+    const bool known =
+        !std::isnan(wind_x_[i]) && !std::isnan(wind_y_[i]) &&
+        std::none_of(actuators_.begin(), actuators_.end(), [i](const auto& v) { return std::isnan(v[i]); });
+    if (known) first_known_ = i;
+  }
+}
+
+Inputs<double> RecordedInputs::at(double t_s) const {
+  const auto above = std::upper_bound(t_.begin(), t_.end(), t_s);
+  const std::size_t after = std::min(static_cast<std::size_t>(above - t_.begin()), t_.size() - 1);
+  const std::size_t before = above == t_.begin() ? 0 : static_cast<std::size_t>(above - t_.begin()) - 1;
+  const double weight = interpolation_ == InputInterpolation::linear && after > before
+                            ? (t_s - t_[before]) / (t_[after] - t_[before])
+                            : 0.0;
+  const auto value = [&](const std::vector<double>& v) {
+    return weight == 0.0 ? v[before] : v[before] + weight * (v[after] - v[before]);
+  };
+  Inputs<double> inputs;
+  for (std::size_t a = 0; a < channels_.size(); ++a) inputs.actuators[channels_[a]] = value(actuators_[a]);
+  inputs.true_wind = {value(wind_x_), value(wind_y_)};
+  return inputs;
+}
+
+StepInputs<double> RecordedInputs::step(double t_s, double dt_s) const {
+  // A held value that changes at the end of the step belongs to the next one.
+  const double inside = interpolation_ == InputInterpolation::hold ? kSameTime * dt_s : 0.0;
+  return {at(t_s + inside), at(t_s + 0.5 * dt_s), at(t_s + dt_s - inside)};
+}
+
+Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs, const TimeGrid& grid) {
+  const bool has_heading = recording.has(Channel::psi);
+  const bool has_position = has_heading && recording.has(Channel::x0) && recording.has(Channel::y0);
+  const auto known = [&](std::size_t i) {
+    const auto finite = [&](Channel channel) { return std::isfinite(recording[channel][i]); };
+    return finite(Channel::u) && finite(Channel::vm) && finite(Channel::r) && (!has_heading || finite(Channel::psi)) &&
+           (!has_position || (finite(Channel::x0) && finite(Channel::y0)));
+  };
+  std::size_t first = inputs.first_known().value_or(recording.size());
+  while (first < recording.size() && !known(first)) ++first;
+  if (first == recording.size())
+    throw InputError(recording.file, "no sample has state, actuators and wind; a replay cannot start");
+
+  ShipState<double> state;
+  state.nu = {recording[Channel::u][first], recording[Channel::vm][first], recording[Channel::r][first]};
+  if (has_heading) state.eta(2) = recording[Channel::psi][first];
+  if (has_position) state.eta.head<2>() << recording[Channel::x0][first], recording[Channel::y0][first];
+
+  const Model<double> model(ship);
+  const double t0 = recording[Channel::t][first], duration = recording[Channel::t].back() - t0;
+  const auto samples = static_cast<std::size_t>(duration / grid.sample_s + kSameTime);
+  Trajectory result;
+  for (std::size_t k = 0;; ++k) {
+    const double t_s = t0 + grid_time(k, grid.sample_s);
+    append_sample(result, ship, t_s, state, inputs.at(t_s));
+    if (k == samples) return result;
+    advance(model, state, inputs, t_s, grid, recording);
+  }
+}
+
+std::size_t replay_sequences(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs,
+                             const TimeGrid& grid, std::size_t K, io::PredictionWriter& writer) {
+  const Model<double> model(ship);
+  io::PredictionRow row;
+  row.recording = recording.name;
+  const std::vector<Channel> channels = ship.actuator_channels();
+  for (const Samples& samples : resample(recording, channels, inputs.has_wind(), grid.sample_s))
+    for (const Range& range : test_sequences(samples.size(), static_cast<Eigen::Index>(K))) {
+      ShipState<double> state{samples.eta.col(range.begin), samples.nu.col(range.begin)};
+      for (row.step = 0; row.step < K; ++row.step) {
+        row.t_s = samples.t_s(range.begin + static_cast<Eigen::Index>(row.step));
+        row.eta = state.eta;
+        row.nu = state.nu;
+        writer.write(row);
+        if (row.step + 1 < K) advance(model, state, inputs, row.t_s, grid, recording);
+      }
+      ++row.sequence;
+    }
+  return row.sequence;
+}
+
+}  // namespace leeway

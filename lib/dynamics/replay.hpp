@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dynamics/simulation.hpp"
+#include "io/prediction_csv.hpp"
+
+namespace leeway {
+
+enum class InputInterpolation {
+  linear,  ///< between samples
+  hold     ///< a sample acts until the next one comes
+};
+
+/// The actuators (actual values) and the true wind of a recording as functions of time. A missing sample is bridged by
+/// holding the last known value; before the first known one there is nothing. The true wind is that of the recording,
+/// or follows from its apparent wind, heading and velocity; without wind columns the air is calm.
+class RecordedInputs {
+ public:
+  /// Throws InputError if the recording lacks an actuator of the ship, or has an apparent wind but no heading.
+  RecordedInputs(const Trajectory& recording, const Ship& ship, InputInterpolation interpolation);
+
+  /// Index of the first sample at which every input is known; nothing if there is none.
+  std::optional<std::size_t> first_known() const { return first_known_; }
+  /// The inputs of the step from t_s to t_s + dt_s, within the recording's time.
+  StepInputs<double> step(double t_s, double dt_s) const;
+  Inputs<double> at(double t_s) const;
+  bool has_wind() const { return has_wind_; }
+  /// What a user should know: samples outside the limits of the ship's actuators, no wind.
+  const std::vector<std::string>& notices() const { return notices_; }
+
+ private:
+  std::vector<double> t_;
+  std::vector<Channel> channels_;
+  std::vector<std::vector<double>> actuators_;
+  std::vector<double> wind_x_, wind_y_;
+  bool has_wind_ = false;
+  InputInterpolation interpolation_;
+  std::optional<std::size_t> first_known_;
+  std::vector<std::string> notices_;
+};
+
+/// Drives the ship with a recording's inputs from its first complete state to its end, sampled every `sample_s` from
+/// there on. Without a position the track starts at the origin. The duration in `grid` is not used. Throws InputError
+/// if no sample has state and inputs, NumericalError with the time if the run diverges.
+Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs, const TimeGrid& grid);
+
+/// Cuts a recording into sequences of K points at `grid.sample_s`, as ens-predict does (resample(), test_sequences()),
+/// starts each at the recorded state and writes all points as predictions of particle 0, member 0. Sequences count
+/// through the recording. Returns their number.
+std::size_t replay_sequences(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs,
+                             const TimeGrid& grid, std::size_t K, io::PredictionWriter& writer);
+
+}  // namespace leeway
