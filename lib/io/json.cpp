@@ -136,7 +136,7 @@ std::string JsonObject::text_or(const std::string& key, const std::string& other
 }
 
 std::string JsonObject::word(const std::string& key, const std::vector<std::string>& words) const {
-  const std::string found = text(key);
+  std::string found = text(key);
   if (std::find(words.begin(), words.end(), found) == words.end())
     fail(key, fmt::format("unknown '{}'; known: {}", found, fmt::join(words, ", ")));
   return found;
