@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "dynamics/integrator.hpp"
 #include "dynamics/model.hpp"
 #include "recording/trajectory.hpp"
 
@@ -26,8 +27,6 @@ template <typename T>
 struct StepInputs {
   Inputs<T> start, middle, end;
 };
-
-enum class Integrator { rk4, euler };
 
 /// d(eta, nu)/dt.
 template <typename T>

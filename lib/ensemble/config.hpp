@@ -3,12 +3,13 @@
 #include <string>
 
 #include "core/types.hpp"
+#include "core/units.hpp"
+#include "dynamics/integrator.hpp"
 #include "io/json.hpp"
 #include "recording/samples.hpp"
 
 namespace leeway::ensemble {
 
-enum class Integrator { euler, rk4 };
 enum class RateSchedule {
   constant,  ///< the paper's
   cosine     ///< falls from learning_rate to zero over all epochs along half a cosine
@@ -22,7 +23,7 @@ struct TrainingConfig {
   int hidden_layers = 3;
   int hidden_units = 256;
   /// Standard deviations of the observation errors (u, v_m [m/s], r [rad/s]) that weigh the loss.
-  Vec3<double> sigma{0.01, 0.01, 0.1 * 3.14159265358979323846 / 180.0};
+  Vec3<double> sigma{0.01, 0.01, 0.1 * kDegree};
   double learning_rate = 1e-4;
   RateSchedule schedule = RateSchedule::constant;
   double gradient_clip_norm = 0.0;  ///< 0: gradients are not clipped
@@ -31,7 +32,7 @@ struct TrainingConfig {
   int members = 15;
   bool initial_state_net = true;
   /// Size of the initial-state network's unit output for (x0, y0 [m], psi [rad]); for velocities it is sigma.
-  Vec3<double> pose_scale{0.03, 0.03, 0.1 * 3.14159265358979323846 / 180.0};
+  Vec3<double> pose_scale{0.03, 0.03, 0.1 * kDegree};
   Integrator integrator_predict = Integrator::rk4;
   StateResampling resampling = StateResampling::decimate;
 };

@@ -1,0 +1,91 @@
+#include <filesystem>
+#include <vector>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "cli/options.hpp"
+#include "control/pd_sweep.hpp"
+#include "core/errors.hpp"
+#include "io/files.hpp"
+
+using namespace leeway;
+
+namespace {
+
+struct Options {
+  std::string model, ship, output = "-", trajectories, kp = "5:100:5", kd = "5:100:5", kernel = "auto";
+  int particles = 100, use_members = 0;
+  control::HeadingTask task;
+  double psi_bar_deg = 90.0;
+  cli::CommonOptions common;
+};
+
+void add_options(CLI::App& app, Options& o) {
+  app.add_option("model", o.model, "model directory of ens-train")->required();
+  app.add_option("--ship", o.ship, "the true ship: a JSON file or a shipped name")->required();
+  app.add_option("--kp", o.kp, "K_P as LOW:HIGH:STEP or a list [deg of rudder per rad of heading]")
+      ->capture_default_str();
+  app.add_option("--kd", o.kd, "K_D as LOW:HIGH:STEP or a list [deg of rudder per rad/s of yaw rate]")
+      ->capture_default_str();
+  app.add_option("--particles", o.particles, "particles; each keeps its member")
+      ->check(cli::at_least(1))
+      ->capture_default_str();
+  app.add_option("--use-members", o.use_members, "use the first M members only (default: all)")
+      ->check(cli::at_least(1));
+  app.add_option("--heading-deg", o.psi_bar_deg, "heading to reach from 0 [deg]")
+      ->check(cli::in_range(-180.0, 180.0))
+      ->capture_default_str();
+  app.add_option("--u0-mps", o.task.u0_mps, "surge at the start [m/s]")->check(cli::positive())->capture_default_str();
+  app.add_option("--duration-s", o.task.duration_s, "length of a run [s]")
+      ->check(cli::positive())
+      ->capture_default_str();
+  app.add_option("--dt-s", o.task.dt_s, "time step of control and of Runge-Kutta [s]")
+      ->check(cli::in_range(1e-3, 1.0))
+      ->capture_default_str();
+  app.add_option("--trajectories", o.trajectories, "folder for the runs of each gain pair, sampled at 1 s");
+  app.add_option("-o,--output", o.output, "scores (CSV), '-' for stdout")->capture_default_str();
+  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable")->capture_default_str();
+  cli::add_common_options(app, o.common);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Options o;
+  CLI::App app{"Score heading PD controllers on a ship and on the particles of an ensemble; judge by the worst one.",
+               "pd-sweep"};
+  add_options(app, o);
+  if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
+
+  o.task.psi_bar = deg_to_rad(o.psi_bar_deg);
+  std::vector<control::PdGains> gains;
+  for (const double kp : control::parse_gain_range("--kp", o.kp))
+    for (const double kd : control::parse_gain_range("--kd", o.kd)) gains.push_back({kp, kd});
+  const Ship ship = read_ship(o.ship);
+  const ensemble::Ensemble model(o.model, o.use_members, nn::kernels(o.kernel));
+  const std::vector<control::SweepResult> results =
+      control::pd_sweep(ship, model, gains, o.task, o.particles, o.common.seed, o.common.jobs, !o.trajectories.empty());
+  if (!o.trajectories.empty()) {
+    io::make_directories(o.trajectories);
+    for (const control::SweepResult& r : results)
+      io::write_text(
+          (std::filesystem::path(o.trajectories) / fmt::format("kp{}_kd{}.csv", r.gains.kp, r.gains.kd)).string(),
+          control::runs_csv(r, ship));
+  }
+  io::write_text(o.output, control::sweep_csv(results));
+
+  const auto best = [&](auto score) {
+    return *std::min_element(results.begin(), results.end(),
+                             [&](const auto& a, const auto& b) { return score(a) < score(b); });
+  };
+  const control::SweepResult by_worst = best([](const auto& r) { return r.score_worst; });
+  const control::SweepResult by_truth = best([](const auto& r) { return r.score_true; });
+  spdlog::info("best by the worst of {} particles: kp {} kd {} ({:.4g} rad s; on the true ship {:.4g})", o.particles,
+               by_worst.gains.kp, by_worst.gains.kd, by_worst.score_worst, by_worst.score_true);
+  spdlog::info("best on the true ship: kp {} kd {} ({:.4g} rad s)", by_truth.gains.kp, by_truth.gains.kd,
+               by_truth.score_true);
+  return cli::kOk;
+} catch (...) {
+  return cli::report_current_exception("pd-sweep");
+}

@@ -1,0 +1,213 @@
+#include "control/pd_sweep.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+#include "core/parallel.hpp"
+#include "io/csv.hpp"
+
+namespace leeway::control {
+namespace {
+
+constexpr double kSample_s = 1.0;  // of the runs that are kept
+
+// The closed loop of many gain pairs side by side, without the motion: commands, actuators, score, samples.
+class Lanes {
+ public:
+  Lanes(const Ship& ship, const std::vector<PdGains>& gains, const HeadingTask& task, bool keep_runs)
+      : ship_(ship), gains_(gains), task_(task), every_(static_cast<long>(std::lround(kSample_s / task.dt_s))) {
+    actuators_.assign(gains.size(), start_actuators(ship));
+    scores.assign(gains.size(), 0.0);
+    if (keep_runs) runs.resize(gains.size());
+  }
+
+  static Actuators<double> start_actuators(const Ship& ship) {
+    Actuators<double> start = ship.initial_actuators();
+    for (const Actuator& a : ship.actuators)
+      if (a.is_rudder() || a.channel == Channel::n_bt || a.channel == Channel::n_st) start[a.channel] = a.clip(0.0);
+    return start;
+  }
+
+  const Actuators<double>& actuators(std::size_t lane) const { return actuators_[lane]; }
+
+  // What the controller orders, and how the actuators move over the step.
+  StepInputs<double> step_inputs(std::size_t lane, double psi, double r) {
+    Actuators<double> command = start_actuators(ship_);
+    const double order = gains_[lane].command(psi - task_.psi_bar, r);
+    for (const Actuator& a : ship_.actuators)
+      if (a.is_rudder()) command[a.channel] = order;  // respond() clips to each rudder's range
+    const StepInputs<double> inputs = respond(ship_, actuators_[lane], command, Vec2<double>::Zero(), task_.dt_s);
+    actuators_[lane] = inputs.end.actuators;
+    return inputs;
+  }
+
+  // Sample `step` of `steps`: half weight for the first and the last.
+  void score(std::size_t lane, long step, long steps, const Vec3<double>& eta, const Vec3<double>& nu) {
+    const double weight = step == 0 || step == steps ? 0.5 : 1.0;
+    scores[lane] += weight * task_.dt_s * (std::abs(eta(2) - task_.psi_bar) + std::abs(nu(2)));
+    if (runs.empty() || step % every_ != 0) return;
+    runs[lane].eta.push_back(eta);
+    runs[lane].nu.push_back(nu);
+    for (const Actuator& a : ship_.actuators)
+      if (a.is_rudder()) runs[lane].rudder.push_back(actuators_[lane][a.channel]);
+  }
+
+  std::vector<double> scores;
+  std::vector<ControlledRun> runs;
+
+ private:
+  const Ship& ship_;
+  const std::vector<PdGains>& gains_;
+  const HeadingTask& task_;
+  long every_;
+  std::vector<Actuators<double>> actuators_;
+};
+
+void run_true_ship(const Ship& ship, const HeadingTask& task, std::size_t lane, long steps, Lanes& lanes) {
+  SimulatedShip simulated(ship);
+  simulated.state.nu = {task.u0_mps, 0.0, 0.0};
+  for (long k = 0; k <= steps; ++k) {
+    lanes.score(lane, k, steps, simulated.state.eta, simulated.state.nu);
+    if (k == steps) break;
+    const StepInputs<double> inputs = lanes.step_inputs(lane, simulated.state.eta(2), simulated.state.nu(2));
+    simulated.state = integrate(simulated.model, simulated.state, inputs, task.dt_s);
+    if (!simulated.is_finite())
+      throw NumericalError(
+          fmt::format("the true ship's run is no finite number at t = {} s", grid_time(k + 1, task.dt_s)));
+  }
+}
+
+void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTask& task, std::size_t count, long steps,
+                Lanes& lanes) {
+  ensemble::EnsembleEvaluator evaluator(ensemble);
+  const std::vector<Channel>& channels = ensemble.header().inputs.actuators;
+  const auto n = static_cast<Eigen::Index>(count);
+  Eigen::Matrix3Xd eta = Eigen::Matrix3Xd::Zero(3, n), nu = Eigen::Matrix3Xd::Zero(3, n);
+  nu.row(0).setConstant(task.u0_mps);
+  Eigen::MatrixXd held(static_cast<Eigen::Index>(channels.size()), n);
+  for (long k = 0; k <= steps; ++k) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto lane = static_cast<std::size_t>(i);
+      lanes.score(lane, k, steps, eta.col(i), nu.col(i));
+      // The networks know inputs that are held over a step: those in the middle of it.
+      const StepInputs<double> inputs = lanes.step_inputs(lane, eta(2, i), nu(2, i));
+      for (std::size_t c = 0; c < channels.size(); ++c)
+        held(static_cast<Eigen::Index>(c), i) = inputs.middle.actuators[channels[c]];
+    }
+    if (k == steps) break;
+    evaluator.step(member, Integrator::rk4, task.dt_s, held, Vec2<double>::Zero(), eta, nu);
+    if (!nu.allFinite() || !eta.allFinite())
+      throw NumericalError(
+          fmt::format("member {}: a run is no finite number at t = {} s", member, grid_time(k + 1, task.dt_s)));
+  }
+}
+
+}  // namespace
+
+std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& ensemble,
+                                  const std::vector<PdGains>& gains, const HeadingTask& task, int particles,
+                                  std::uint64_t seed, std::size_t jobs, bool keep_runs) {
+  for (const Channel channel : ensemble.header().inputs.actuators)
+    if (ship.find_actuator(channel) == nullptr)
+      throw UsageError(
+          fmt::format("the ensemble needs '{}', which the ship {} does not have", column_name(channel), ship.name));
+  const long steps = std::lround(task.duration_s / task.dt_s);
+  const std::size_t members = static_cast<std::size_t>(ensemble.members());
+
+  // The true ship by gain pair, then the networks by member with the gain pairs as lanes.
+  Lanes true_lanes(ship, gains, task, keep_runs);
+  parallel_for(gains.size(), jobs, [&](std::size_t lane) { run_true_ship(ship, task, lane, steps, true_lanes); });
+  std::vector<Lanes> member_lanes(members, Lanes(ship, gains, task, keep_runs));
+  parallel_for(members, jobs, [&](std::size_t m) {
+    run_member(ensemble, static_cast<int>(m), task, gains.size(), steps, member_lanes[m]);
+  });
+
+  RandomStream random(seed, "particles of the gain sweep");
+  std::vector<double> share(members, 0.0);
+  for (int p = 0; p < particles; ++p) share[random.below(members)] += 1.0 / particles;
+
+  std::vector<SweepResult> results(gains.size());
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    SweepResult& result = results[i];
+    result.gains = gains[i];
+    result.score_true = true_lanes.scores[i];
+    result.score_best = INFINITY;
+    if (keep_runs) result.run_true = std::move(true_lanes.runs[i]);
+    for (std::size_t m = 0; m < members; ++m) {
+      const double score = member_lanes[m].scores[i];
+      result.score_members.push_back(score);
+      if (keep_runs) result.runs.push_back(std::move(member_lanes[m].runs[i]));
+      if (share[m] == 0.0) continue;  // no particle drew this member
+      result.score_mean += share[m] * score;
+      result.score_worst = std::max(result.score_worst, score);
+      result.score_best = std::min(result.score_best, score);
+    }
+  }
+  return results;
+}
+
+std::vector<double> parse_gain_range(const std::string& option, const std::string& text) {
+  const auto fail = [&]() -> UsageError {
+    return UsageError(
+        fmt::format("{}: expected LOW:HIGH:STEP with STEP > 0, a list A,B,... or one number, got '{}'", option, text));
+  };
+  const char separator = text.find(':') != std::string::npos ? ':' : ',';
+  std::vector<double> numbers;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, begin), text.size());
+    double value = 0.0;
+    if (!io::parse_number(text.substr(begin, end - begin), value)) throw fail();
+    numbers.push_back(value);
+    begin = end + 1;
+  }
+  if (separator == ',') return numbers;
+  if (numbers.size() != 3 || numbers[2] <= 0.0 || numbers[1] < numbers[0]) throw fail();
+  const auto count = static_cast<std::size_t>((numbers[1] - numbers[0]) / numbers[2] + 1e-9) + 1;
+  std::vector<double> values;
+  for (std::size_t i = 0; i < count; ++i) values.push_back(numbers[0] + static_cast<double>(i) * numbers[2]);
+  return values;
+}
+
+std::string sweep_csv(const std::vector<SweepResult>& results) {
+  std::string text = "kp_deg_per_rad,kd_deg_per_radps,score_true,score_mean,score_worst,score_best";
+  for (std::size_t m = 0; !results.empty() && m < results.front().score_members.size(); ++m)
+    fmt::format_to(std::back_inserter(text), ",score_member_{:02}", m);
+  text += '\n';
+  for (const SweepResult& r : results) {
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{}", r.gains.kp, r.gains.kd, r.score_true, r.score_mean,
+                   r.score_worst, r.score_best);
+    for (const double score : r.score_members) fmt::format_to(std::back_inserter(text), ",{}", score);
+    text += '\n';
+  }
+  return text;
+}
+
+std::string runs_csv(const SweepResult& result, const Ship& ship) {
+  std::string text = "model,t_s,x0_m,y0_m,psi_deg,u_mps,vm_mps,r_degps";
+  std::size_t rudders = 0;
+  for (const Actuator& a : ship.actuators)
+    if (a.is_rudder()) {
+      text += "," + column_name(a.channel);
+      ++rudders;
+    }
+  text += '\n';
+  const auto append = [&](const std::string& model, const ControlledRun& run) {
+    for (std::size_t i = 0; i < run.eta.size(); ++i) {
+      const Vec3<double>&eta = run.eta[i], &nu = run.nu[i];
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}", model, kSample_s * static_cast<double>(i),
+                     eta(0), eta(1), rad_to_deg(eta(2)), nu(0), nu(1), rad_to_deg(nu(2)));
+      for (std::size_t j = 0; j < rudders; ++j)
+        fmt::format_to(std::back_inserter(text), ",{}", rad_to_deg(run.rudder[i * rudders + j]));
+      text += '\n';
+    }
+  };
+  append("true", result.run_true);
+  for (std::size_t m = 0; m < result.runs.size(); ++m) append(fmt::format("{:02}", m), result.runs[m]);
+  return text;
+}
+
+}  // namespace leeway::control
