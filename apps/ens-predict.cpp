@@ -111,16 +111,20 @@ int main(int argc, char** argv) try {
   std::optional<io::PredictionWriter> writer;
   if (stream) writer.emplace("-");
   ensemble::PredictionReport report;
+  double left_out_s = 0.0, total_s = 0.0;
   for (const Trajectory& recording : recordings) {
     if (model) warn_of_constants(recording, model->header().inputs);
     const std::vector<Samples> stretches = resample(recording, actuators, wind, dt_s, config.resampling);
     const std::vector<ensemble::SequenceTask> tasks = ensemble::sequences_of(stretches, K, o.fitted);
     const double predicted_s = static_cast<double>(tasks.size()) * K * dt_s;
     const double recorded_s = recording[Channel::t].back() - recording[Channel::t].front() + dt_s;
-    if (!o.fitted && recorded_s - predicted_s > 0.5 * dt_s)
-      spdlog::info("{}: {} sequences of {} points; {:.6g} of {:.6g} s at the end or in gaps are not predicted",
-                   recording.file, tasks.size(), K, recorded_s - predicted_s, recorded_s);
-    if (tasks.empty()) continue;
+    if (!o.fitted) left_out_s += std::max(0.0, recorded_s - predicted_s);
+    total_s += recorded_s;
+    if (tasks.empty()) {
+      spdlog::warn("{}: holds no {} points {} s apart without a gap; nothing of it is predicted", recording.file, K,
+                   dt_s);
+      continue;
+    }
     if (!stream) writer.emplace((std::filesystem::path(o.output) / (recording.name + ".csv")).string());
     ensemble::write_predictions(tasks, o.common.jobs, make_predictor, *writer, report);
     if (!stream) writer->commit();
@@ -145,7 +149,8 @@ int main(int argc, char** argv) try {
                   {"provenance", cli::provenance(app, o.common, paths)}};
     io::write_text((std::filesystem::path(o.output) / "prediction.json").string(), io::to_text(json));
   }
-  spdlog::info("{}: {} sequences predicted", stream ? "standard output" : o.output, report.sequences);
+  spdlog::info("{}: {} sequences; {:.6g} of {:.6g} s at the ends of recordings or in gaps are in none",
+               stream ? "standard output" : o.output, report.sequences, left_out_s, total_s);
   return cli::kOk;
 } catch (...) {
   return cli::report_current_exception("ens-predict");

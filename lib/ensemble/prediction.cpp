@@ -25,18 +25,23 @@ Eigen::Matrix3Xd pose_rates(const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd&
 
 }  // namespace
 
+Ensemble::Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels)
+    : header_(std::move(header)), kernels_(&kernels), members_(std::move(members)) {
+  for (const Member& member : members_)
+    constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, member));
+}
+
 Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels)
-    : header_(*read_header(folder)), kernels_(&kernels) {
+    : Ensemble(*read_header(folder), {}, kernels) {
   const int available = header_.config.members;
   if (use_members > available)
     throw UsageError(fmt::format("--use-members {}: {} has {} members", use_members, folder, available));
   const int n = use_members > 0 ? use_members : available;
   for (int k = 0; k < n; ++k) {
     if (!member_exists(folder, k))
-      throw IoError(member_path(folder, k),
-                    fmt::format("is not trained yet; run ens-train with --member {} or --resume, "
-                                "or use --use-members",
-                                k));
+      throw IoError(
+          member_path(folder, k),
+          fmt::format("is not trained yet; run ens-train with --member {} or --resume, or use --use-members", k));
     members_.push_back(read_member(folder, k, header_));
     constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, members_.back()));
   }

@@ -17,6 +17,7 @@ class Ensemble {
  public:
   /// Reads ensemble.json and the first `use_members` members (0: all). Throws InputError or IoError.
   Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels);
+  Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels);
 
   const EnsembleHeader& header() const { return header_; }
   int members() const { return static_cast<int>(members_.size()); }

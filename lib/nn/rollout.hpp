@@ -99,6 +99,9 @@ struct Kernels {
   void (*forward)(void* workspace, const NetworkShape&, const S* parameters, const S* inputs, int n, S* outputs);
   /// Adam's update number `step` (from 1) of n parameters with moments m and v.
   void (*adam)(const AdamSettings&, long step, std::size_t n, const S* gradient, S* parameters, S* m, S* v);
+  /// Nothing but multiply-adds in registers, for measuring what the processor can do; returns their number of floating
+  /// point operations.
+  double (*multiply_adds)(long repeats);
 };
 
 /// The kernels that this processor can run, fastest first: avx512, avx2, portable.

@@ -262,6 +262,22 @@ void adam(const AdamSettings& settings, long step, std::size_t n, const S* gradi
 }
 
 template <typename S>
+double multiply_adds(long repeats) {
+  using Packet = typename Eigen::internal::packet_traits<S>::type;
+  constexpr int kChains = 10;  // enough to hide the latency, few enough for 16 registers
+  Packet sums[kChains];
+  const Packet factor = Eigen::internal::pset1<Packet>(S(0.999)), term = Eigen::internal::pset1<Packet>(S(0.001));
+  for (int i = 0; i < kChains; ++i) sums[i] = Eigen::internal::pset1<Packet>(S(i));
+  for (long n = 0; n < repeats; ++n)
+    for (int i = 0; i < kChains; ++i) sums[i] = Eigen::internal::pmadd(sums[i], factor, term);
+  S total = 0;
+  for (const Packet& sum : sums) total += Eigen::internal::predux(sum);
+  const volatile S keep = total;  // the sums must be computed
+  static_cast<void>(keep);
+  return 2.0 * kChains * static_cast<double>(sizeof(Packet) / sizeof(S)) * static_cast<double>(repeats);
+}
+
+template <typename S>
 void* make_workspace() {
   // Eigen blocks its products by cache size; with fixed sizes the sums have the same order on every machine.
   Eigen::setCpuCacheSizes(32 << 10, 512 << 10, 4 << 20);
@@ -280,7 +296,8 @@ constexpr Kernels<S> kTable{LEEWAY_TEXT_EXPANDED(LEEWAY_KERNEL),
                             &loss_and_gradient<S>,
                             &accelerations<S>,
                             &forward<S>,
-                            &adam<S>};
+                            &adam<S>,
+                            &multiply_adds<S>};
 
 }  // namespace
 

@@ -1,0 +1,224 @@
+// Times the hot paths on random data of the ensemble paper's shapes. One JSON line per benchmark on stdout: medians
+// over repeats after a warm-up. Compare ratios from one run: other work on the machine moves all figures together.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <iostream>
+#include <sys/resource.h>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "cli/options.hpp"
+#include "control/pd_sweep.hpp"
+#include "core/parallel.hpp"
+#include "dynamics/maneuvers.hpp"
+#include "ensemble/prediction_run.hpp"
+
+using namespace leeway;
+
+namespace {
+
+double cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+struct Timing {
+  double wall_s = 0.0, cpu_s = 0.0;
+};
+
+// Median over repeats after one warm-up.
+Timing time(int repeats, const std::function<void()>& work) {
+  std::vector<double> wall, cpu;
+  work();
+  for (int i = 0; i < repeats; ++i) {
+    const double c = cpu_seconds();
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    cpu.push_back(cpu_seconds() - c);
+  }
+  const auto median = [](std::vector<double>& v) {
+    std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+    return v[v.size() / 2];
+  };
+  return {median(wall), median(cpu)};
+}
+
+void print(const io::Json& json) { std::cout << json.dump() << std::endl; }
+
+// Windows of smooth random motion with the inputs of the paper's ship: two rudders, a bow thruster, wind.
+ensemble::TrainingData random_data(std::size_t windows) {
+  const ensemble::TrainingConfig config;
+  std::vector<Trajectory> recordings(windows);
+  for (std::size_t i = 0; i < windows; ++i) {
+    RandomStream random(1, "benchmark", i);
+    Trajectory& t = recordings[i];
+    t.name = t.file = fmt::format("random-{}", i);
+    double psi = random.uniform(-3.0, 3.0);
+    for (int k = 0; k < config.steps; ++k) {
+      const double r = 0.05 * std::sin(0.1 * k + static_cast<double>(i));
+      psi += r;
+      const std::pair<Channel, double> row[] = {{Channel::t, k},
+                                                {Channel::u, 0.3 + 0.1 * std::sin(0.05 * k)},
+                                                {Channel::vm, 0.05 * std::cos(0.07 * k)},
+                                                {Channel::r, r},
+                                                {Channel::x0, 0.3 * k},
+                                                {Channel::y0, 0.1 * k},
+                                                {Channel::psi, psi},
+                                                {Channel::delta_p, random.uniform(-1.8, 0.6)},
+                                                {Channel::delta_s, random.uniform(-0.6, 1.8)},
+                                                {Channel::n_bt, random.uniform(-30.0, 30.0)},
+                                                {Channel::wind_speed, 1.0},
+                                                {Channel::wind_dir, 0.5}};
+      for (const auto& [channel, value] : row) t[channel].push_back(value);
+    }
+  }
+  return ensemble::prepare_training_data(recordings, config);
+}
+
+void bench_train(std::size_t jobs, int repeats) {
+  const ensemble::TrainingData data = random_data(32);
+  std::vector<std::size_t> windows(32);
+  for (std::size_t i = 0; i < windows.size(); ++i) windows[i] = i;
+  for (const std::string& path : nn::available_kernels()) {
+    const nn::Kernels<float>& kernels = nn::kernels(path);
+    constexpr long kPeakRepeats = 20'000'000;
+    const double peak =
+        kernels.multiply_adds(kPeakRepeats) / time(3, [&] { kernels.multiply_adds(kPeakRepeats); }).wall_s;
+    // Every thread trains a member of its own: the step as it runs in ens-train.
+    const auto step_time = [&](std::size_t batch_size) {
+      struct Member {
+        ensemble::TrainingState state;
+        ensemble::RolloutConstants<float> constants;
+        nn::KernelWorkspace<float> workspace;
+        ensemble::WindowBatch<float> batch;
+        nn::AlignedVector<float> gradient;
+      };
+      std::vector<std::unique_ptr<Member>> members;
+      for (std::size_t j = 0; j < jobs; ++j) {
+        ensemble::TrainingState state = ensemble::initial_training_state(data, 1, static_cast<int>(j), kernels);
+        const std::size_t n = state.member.parameters.size();
+        members.push_back(std::unique_ptr<Member>(new Member{state,
+                                                             {data.inputs, data.config, state.member},
+                                                             nn::KernelWorkspace<float>(kernels),
+                                                             {},
+                                                             nn::AlignedVector<float>(n)}));
+      }
+      return time(repeats, [&] {
+        parallel_for(jobs, jobs, [&](std::size_t j) {
+          Member& m = *members[j];
+          m.batch.assign(data, windows.data(), batch_size);
+          kernels.loss_and_gradient(m.workspace.get(), m.constants.view(), m.batch.view(),
+                                    m.state.member.parameters.data(), m.gradient.data());
+          kernels.adam({}, ++m.state.adam_steps, m.gradient.size(), m.gradient.data(), m.state.member.parameters.data(),
+                       m.state.adam_m.data(), m.state.adam_v.data());
+        });
+      });
+    };
+    const Timing step32 = step_time(32), step15 = step_time(15);
+    // Three products of equal size (forward, backward, weights) for each weight, column and step; the initial-state
+    // network once for each window.
+    const ensemble::TrainingState state = ensemble::initial_training_state(data, 1, 0, kernels);
+    const double weights = static_cast<double>(nn::parameter_count(state.member.dynamics)),
+                 start_weights = static_cast<double>(nn::parameter_count(state.member.initial_state));
+    const double flops = static_cast<double>(jobs) * 3.0 * 2.0 * 32.0 * (99.0 * weights + start_weights);
+    print({{"bench", "train"},
+           {"path", path},
+           {"jobs", jobs},
+           {"ms_step32", 1e3 * step32.wall_s},
+           {"cpu_ms_step32", 1e3 * step32.cpu_s},
+           {"ms_step15", 1e3 * step15.wall_s},
+           {"gflops", 1e-9 * flops / step32.wall_s},
+           {"fp32_peak_gflops", 1e-9 * peak * static_cast<double>(jobs)},
+           {"fraction_of_fp32_peak", flops / step32.wall_s / peak / static_cast<double>(jobs)},
+           {"rss_mb", peak_memory_mb()}});
+  }
+}
+
+// An untrained ensemble of the paper's size: the time of an evaluation does not depend on the weights.
+ensemble::Ensemble random_ensemble(const ensemble::TrainingData& data, int members) {
+  std::vector<ensemble::Member> drawn;
+  for (int m = 0; m < members; ++m) drawn.push_back(ensemble::initial_training_state(data, 1, m, nn::kernels()).member);
+  return {ensemble::make_header(data, 1, {}), std::move(drawn), nn::kernels()};
+}
+
+void bench_predict(std::size_t jobs, int repeats) {
+  const ensemble::TrainingData data = random_data(23);
+  const ensemble::Ensemble model = random_ensemble(data, 15);
+  const std::vector<ensemble::SequenceTask> tasks = ensemble::sequences_of(data.stretches, 100, false);
+  for (const auto& [mode, sampling] :
+       {std::pair{"ts-inf", ensemble::Sampling::ts_infinity}, {"ts1", ensemble::Sampling::ts1}}) {
+    const ensemble::PredictionOptions options{100, sampling, Integrator::rk4, 1};
+    const Timing t = time(repeats, [&] {
+      parallel_for(jobs, jobs, [&](std::size_t j) {
+        ensemble::EnsembleEvaluator evaluator(model);
+        for (std::size_t i = j; i < tasks.size(); i += jobs)
+          ensemble::predict_sequence(evaluator, model, *tasks[i].samples, tasks[i].range, i, options);
+      });
+    });
+    print({{"bench", "predict"},
+           {"mode", mode},
+           {"path", model.kernels().name},
+           {"jobs", jobs},
+           {"s_total", t.wall_s},
+           {"cpu_s", t.cpu_s}});
+  }
+}
+
+void bench_pd(std::size_t jobs, int repeats) {
+  const ensemble::Ensemble model = random_ensemble(random_data(23), 15);
+  const Ship ship = read_ship("vectwin-3m");
+  std::vector<control::PdGains> gains;
+  for (int kp = 5; kp <= 100; kp += 5)
+    for (int kd = 5; kd <= 100; kd += 5) gains.push_back({static_cast<double>(kp), static_cast<double>(kd)});
+  const Timing t = time(std::min(repeats, 1), [&] { control::pd_sweep(ship, model, gains, {}, 100, 1, jobs, false); });
+  print({{"bench", "pd"}, {"path", model.kernels().name}, {"jobs", jobs}, {"s_total", t.wall_s}, {"cpu_s", t.cpu_s}});
+}
+
+void bench_sim(int repeats) {
+  for (const char* name : {"vectwin-3m", "esso-osaka-3m"}) {
+    const Ship ship = read_ship(name);
+    const Timing t = time(std::max(repeats, 20), [&] {
+      const auto maneuver = zigzag(ship, deg_to_rad(20.0), deg_to_rad(20.0));
+      simulate(SimulatedShip(ship), *maneuver, Vec2<double>(0.5, 0.3), {0.1, 1.0, 1000.0});
+    });
+    print({{"bench", "sim"}, {"ship", name}, {"ms_per_1000s", 1e3 * t.wall_s}});
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  std::string what;
+  int repeats = 7;
+  cli::CommonOptions common;
+  CLI::App app{"Time the hot paths; one JSON line per benchmark on stdout.", "leeway-bench"};
+  app.add_option("benchmark", what, "train, predict, pd or sim")
+      ->required()
+      ->check(CLI::IsMember({"train", "predict", "pd", "sim"}));
+  app.add_option("--repeats", repeats, "measurements after a warm-up; their median is printed")
+      ->check(cli::at_least(1))
+      ->capture_default_str();
+  cli::add_common_options(app, common);
+  if (const auto exit_code = cli::parse(app, argc, argv, common)) return *exit_code;
+  if (what == "train") bench_train(common.jobs, repeats);
+  if (what == "predict") bench_predict(common.jobs, repeats);
+  if (what == "pd") bench_pd(common.jobs, repeats);
+  if (what == "sim") bench_sim(repeats);
+  return cli::kOk;
+} catch (...) {
+  return cli::report_current_exception("leeway-bench");
+}
