@@ -125,9 +125,14 @@ io::Json provenance(const CLI::App& app, const CommonOptions& options, const std
     command.push_back(sub->get_name());
     append(*sub);
   }
+  // A shipped configuration is called the same wherever leeway is installed.
+  const auto shown = [](const std::string& file) {
+    const std::size_t shipped = file.rfind("share/leeway/configs/");
+    return shipped == std::string::npos ? file : file.substr(shipped + std::string("share/leeway/").size());
+  };
   io::Json inputs = io::Json::array();
   for (const std::string& file : input_files)
-    inputs.push_back({{"file", file}, {"sha256", file == "-" ? "" : io::sha256_of_file(file)}});
+    inputs.push_back({{"file", shown(file)}, {"sha256", file == "-" ? "" : io::sha256_of_file(file)}});
   return {{"tool", app.get_name()},
           {"version", LEEWAY_VERSION},
           {"command", command},

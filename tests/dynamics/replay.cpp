@@ -1,0 +1,104 @@
+#include "dynamics/replay.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "dynamics/maneuvers.hpp"
+#include "dynamics/observation_noise.hpp"
+
+using namespace leeway;
+using Catch::Matchers::WithinAbs;
+
+namespace {
+
+Trajectory recorded(const Ship& ship, double sample_s) {
+  const auto maneuver = random_orders(ship, {5, "random orders"});
+  Trajectory t = simulate(SimulatedShip(ship), *maneuver, wind_from_vector(1.1, 0.7), {0.1, sample_s, 120.0});
+  t.name = "recorded";
+  t.file = "recorded.csv";
+  return t;
+}
+
+}  // namespace
+
+TEST_CASE("replay: a simulated recording is followed, with its true or its apparent wind", "[dynamics]") {
+  const Ship ship = read_ship("vectwin-3m");
+  for (const bool apparent_only : {false, true}) {
+    Trajectory recording = recorded(ship, 0.1);
+    if (apparent_only) {
+      recording[Channel::wind_speed].clear();
+      recording[Channel::wind_dir].clear();
+    }
+    const RecordedInputs inputs(recording, ship, InputInterpolation::linear);
+    CHECK(inputs.notices().empty());
+    const Trajectory result = replay(ship, recording, inputs, {0.1, 0.1, 0.1});
+    REQUIRE(result.size() == recording.size());
+    // Actuators bend within a step, which a line between samples does not: a difference of second order in the step.
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      CHECK_THAT(result[Channel::u][i], WithinAbs(recording[Channel::u][i], 2e-4));
+      CHECK_THAT(result[Channel::vm][i], WithinAbs(recording[Channel::vm][i], 2e-4));
+      CHECK_THAT(result[Channel::r][i], WithinAbs(recording[Channel::r][i], 2e-4));
+    }
+  }
+}
+
+TEST_CASE("replay: inputs are linear or held between samples, and held over missing ones", "[dynamics]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  Trajectory recording;
+  recording.file = "gap.csv";
+  recording[Channel::t] = {10.0, 11.0, 12.0, 13.0};
+  recording[Channel::u] = recording[Channel::vm] = recording[Channel::r] = {0.1, 0.1, 0.1, 0.1};
+  recording[Channel::delta] = {0.2, kMissing, kMissing, 0.4};
+  recording[Channel::n_p] = {8.0, 10.0, 12.0, 12.0};
+  const RecordedInputs linear(recording, ship, InputInterpolation::linear);
+  CHECK_THAT(linear.at(10.5).actuators[Channel::n_p], WithinAbs(9.0, 1e-14));
+  CHECK(linear.at(11.7).actuators[Channel::delta] == 0.2);
+  CHECK_THAT(linear.at(12.5).actuators[Channel::delta], WithinAbs(0.3, 1e-14));
+  CHECK(linear.at(13.0).actuators[Channel::delta] == 0.4);
+  const RecordedInputs held(recording, ship, InputInterpolation::hold);
+  const StepInputs<double> step = held.step(10.5, 0.5);
+  CHECK(step.start.actuators[Channel::n_p] == 8.0);
+  CHECK(step.end.actuators[Channel::n_p] == 8.0);  // the new value belongs to the next step
+  CHECK(held.step(11.0, 0.5).start.actuators[Channel::n_p] == 10.0);
+  REQUIRE(linear.notices().size() == 1);  // no wind: calm is assumed, and said
+}
+
+TEST_CASE("replay: it starts at the first complete sample, and refuses what it cannot know", "[dynamics]") {
+  const Ship ship = read_ship("vectwin-3m");
+  Trajectory recording = recorded(ship, 1.0);
+  recording[Channel::u][0] = kMissing;
+  recording[Channel::n_bt][1] = recording[Channel::n_bt][0] = kMissing;
+  const RecordedInputs inputs(recording, ship, InputInterpolation::linear);
+  const Trajectory result = replay(ship, recording, inputs, {0.1, 1.0, 1.0});
+  CHECK(result[Channel::t].front() == 2.0);
+  CHECK(result[Channel::u].front() == recording[Channel::u][2]);
+  CHECK(result[Channel::t].back() == 120.0);
+
+  Trajectory lacking = recorded(ship, 1.0);
+  lacking[Channel::delta_s].clear();
+  CHECK_THROWS_WITH(RecordedInputs(lacking, ship, InputInterpolation::linear),
+                    Catch::Contains("no column 'delta_s_deg'"));
+  Trajectory unknown = recorded(ship, 1.0);
+  for (double& x : unknown[Channel::n_p]) x = kMissing;
+  const RecordedInputs nothing(unknown, ship, InputInterpolation::linear);
+  CHECK_THROWS_AS(replay(ship, unknown, nothing, {0.1, 1.0, 1.0}), InputError);
+}
+
+TEST_CASE("noise: it has the stated deviation and leaves actuators alone", "[dynamics]") {
+  Trajectory truth;
+  const std::size_t n = 20000;
+  for (const Channel c : {Channel::t, Channel::u, Channel::r, Channel::psi, Channel::n_p}) truth[c].assign(n, 0.3);
+  const ObservationNoise noise = read_noise("paper-model-scale");
+  const Trajectory noisy = observed(truth, noise, {1, "observation noise"});
+  const auto sd = [&](Channel c) {
+    double sum = 0.0;
+    for (const double x : noisy[c]) sum += (x - 0.3) * (x - 0.3);
+    return std::sqrt(sum / static_cast<double>(n));
+  };
+  CHECK_THAT(sd(Channel::u), WithinAbs(0.01, 0.01 * 0.02));  // 4 standard errors of a deviation from 20000 values
+  CHECK_THAT(sd(Channel::r), WithinAbs(0.1 * kDegree, 0.1 * kDegree * 0.02));
+  CHECK_THAT(sd(Channel::psi), WithinAbs(0.1 * kDegree, 0.1 * kDegree * 0.02));
+  CHECK(noisy[Channel::n_p] == truth[Channel::n_p]);
+  CHECK(noisy[Channel::x0].empty());
+}
