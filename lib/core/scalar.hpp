@@ -4,8 +4,8 @@
 
 namespace leeway {
 
-/// Below this square of the speed [m^2/s^2] a ship is at rest: v', r' and the drift angle are undefined there, and
-/// every force that needs them is below 1e-9 of the ship's weight in the shipped models.
+/// Below this square of the speed [m^2/s^2] a ship counts as at rest: v', r' and the drift angle are undefined there,
+/// and forces that grow with the square of the speed are below 1e-9 N for the shipped ships.
 inline constexpr double kAtRest_m2ps2 = 1e-12;
 
 /// x within [low, high]; a limited autodiff scalar has no derivative left. T: double or an autodiff scalar.

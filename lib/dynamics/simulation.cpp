@@ -43,7 +43,7 @@ StepInputs<double> respond(const Ship& ship, const Actuators<double>& actual, co
   StepInputs<double> inputs{{actual, true_wind}, {actual, true_wind}, {actual, true_wind}};
   for (const Actuator& actuator : ship.actuators) {
     const Channel channel = actuator.channel;
-    if (command[channel] == actual[channel]) continue;
+    if (actuator.clip(command[channel]) == actual[channel]) continue;
     inputs.middle.actuators[channel] = respond(actuator, actual[channel], command[channel], dt_s / 2.0);
     inputs.end.actuators[channel] = respond(actuator, actual[channel], command[channel], dt_s);
   }

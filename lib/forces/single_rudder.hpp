@@ -24,9 +24,13 @@ struct SingleRudder {
   SingleRudderCoefficients<T> c;
   Particulars p;
   double D_P;  ///< of the propeller in front [m]
+  double eta;  ///< share of the rudder's height in the slipstream
 
   SingleRudder(const SingleRudderCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m)
-      : c(coefficients.cast<T>()), p(particulars), D_P(D_P_m) {}
+      : c(coefficients.cast<T>()),
+        p(particulars),
+        D_P(D_P_m),
+        eta(std::min(1.0, D_P_m / std::sqrt(c.A_R * c.aspect_ratio))) {}
 
   Vec3<T> force(const Vec3<T>& nu, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
     using std::cos, std::sin, std::sqrt;
@@ -47,7 +51,6 @@ struct SingleRudder {
   // Longitudinal flow at the rudder [m/s]; negative where it comes from astern.
   T inflow(const T& u, const PropellerFlow<T>& flow) const {
     using std::abs, std::sqrt;
-    const double eta = std::min(1.0, D_P / sqrt(c.A_R * c.aspect_ratio));
     const T b = c.epsilon * flow.u_P;
     if (!(flow.n < T(0.0)) && flow.n2_K_T > T(0.0)) {
       const T race = sqrt(flow.u_P * flow.u_P + 8.0 * flow.n2_K_T * (D_P * D_P / kPi));

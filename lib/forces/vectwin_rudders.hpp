@@ -26,10 +26,15 @@ struct VectwinRudders {
   VectwinRuddersCoefficients<T> c;
   Particulars p;
   double D_P, pitch;  ///< of the propeller in front [m]
+  double eta;         ///< share of the rudder's height in the slipstream
 
   VectwinRudders(const VectwinRuddersCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m,
                  double pitch_m)
-      : c(coefficients.cast<T>()), p(particulars), D_P(D_P_m), pitch(pitch_m) {}
+      : c(coefficients.cast<T>()),
+        p(particulars),
+        D_P(D_P_m),
+        pitch(pitch_m),
+        eta(std::min(1.0, D_P_m / std::sqrt(c.A_R * c.aspect_ratio))) {}
 
   /// Normal forces [N] of the two rudders.
   struct NormalForces {
@@ -127,7 +132,6 @@ struct VectwinRudders {
   // nothing is divided by 1 - w_P. `race` is k_x times the gain of speed.
   T slipstream(const T& eps_u_P, const T& race) const {
     using std::sqrt;
-    const double eta = std::min(1.0, D_P / sqrt(c.A_R * c.aspect_ratio));
     const T inside = eps_u_P + race;
     const T u_R2 = eta * inside * inside + (1.0 - eta) * eps_u_P * eps_u_P;
     return u_R2 > T(kAtRest_m2ps2) ? sqrt(u_R2) : T(0.0);
