@@ -11,7 +11,6 @@
 namespace leeway {
 namespace {
 
-using io::Bounds;
 using io::JsonObject;
 using io::kNotNegative;
 using io::kPositive;

@@ -42,7 +42,7 @@ TEST_CASE("Kang propeller: thrust goes to its limit as the propeller stops", "[f
   CHECK(kang().flow({-0.3, 0.0, 0.0}, 0.0).force(0) > 0.0);  // a stopped propeller holds back a ship going astern
 }
 
-TEST_CASE("Kang propeller: wake and deduction stay in (0, 1] for any motion", "[forces][propeller]") {
+TEST_CASE("Kang propeller: wake and deduction stay between 0 and 1 for any motion", "[forces][propeller]") {
   for (const double u : {1e-8, 1e-5, 0.01, 0.3, 1.0})
     for (const double v : {-0.3, 0.0, 0.2})
       for (const double r : {-0.3, 0.0, 0.1})
