@@ -1,8 +1,10 @@
 #include "cli/options.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cerrno>
 #include <csignal>
+#include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <set>
 #include <thread>
@@ -36,7 +38,10 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {
-    return app.exit(done, std::cout, std::cerr);
+    const int code = app.exit(done, std::cout, std::cerr);
+    if (std::cout.flush() || errno == EPIPE) return code;
+    fmt::print(stderr, "{}: error: standard output: cannot be written: {}\n", program, std::strerror(errno));
+    return kBadFile;
   } catch (const CLI::ParseError& error) {
     fmt::print(stderr, "{}: error: {}. Try '{} --help'.\n", program, error.what(), program);
     return kUsage;
@@ -131,8 +136,12 @@ io::Json provenance(const CLI::App& app, const CommonOptions& options, const std
     return shipped == std::string::npos ? file : file.substr(shipped + std::string("share/leeway/").size());
   };
   io::Json inputs = io::Json::array();
-  for (const std::string& file : input_files)
-    inputs.push_back({{"file", shown(file)}, {"sha256", file == "-" ? "" : io::sha256_of_file(file)}});
+  for (const std::string& file : input_files) {
+    // A pipe is empty when it has been read once.
+    std::error_code error;
+    const bool again = file != "-" && std::filesystem::is_regular_file(file, error);
+    inputs.push_back({{"file", shown(file)}, {"sha256", again ? io::sha256_of_file(file) : ""}});
+  }
   return {{"tool", app.get_name()},
           {"version", LEEWAY_VERSION},
           {"command", command},

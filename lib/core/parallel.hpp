@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <exception>
@@ -16,7 +17,10 @@ void parallel_for(std::size_t n, std::size_t jobs, const Task& task) {
   std::atomic<std::size_t> next{0};
   std::atomic<bool> failed{false};
   const auto work = [&] {
-    for (std::size_t i = next++; i < n && !failed; i = next++) {
+    // A task that is taken is run: otherwise one could be skipped after a later one has failed.
+    while (!failed) {
+      const std::size_t i = next++;
+      if (i >= n) break;
       try {
         task(i);
       } catch (...) {

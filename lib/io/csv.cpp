@@ -37,7 +37,8 @@ CsvReader::CsvReader(const std::string& path) : file_(path) {
   fd_ = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd_ < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
   try {
-    fill();
+    while (end_ < 3 && fill()) {  // a pipe may give single bytes
+    }
     if (end_ >= 3 && buffer_.compare(0, 3, "\xEF\xBB\xBF") == 0) begin_ = 3;
     for (;;) {  // comments before the header
       if (begin_ == end_ && !fill()) break;
@@ -81,9 +82,11 @@ std::size_t CsvReader::column(std::string_view name) const {
 // Moves the unread rest to the front and appends what the file gives; false at its end.
 bool CsvReader::fill() {
   if (at_end_) return false;
-  buffer_.erase(0, begin_);
-  end_ -= begin_;
-  begin_ = 0;
+  if (begin_ > 0) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    begin_ = 0;
+  }
   if (buffer_.size() < end_ + kChunk) buffer_.resize(end_ + kChunk);
   for (;;) {
     const ssize_t got = ::read(fd_, buffer_.data() + end_, buffer_.size() - end_);
@@ -107,7 +110,7 @@ bool CsvReader::next_record(std::vector<std::string_view>& fields) {
     // One record: up to the first line end outside quotes.
     std::size_t search = begin_, length = 0;
     bool complete = false, quoted = false;
-    std::size_t quotes_seen = 0;
+    std::size_t quotes_seen = 0, counted = 0;  // quotation marks in the first `counted` bytes of the record
     while (!complete) {
       const void* newline = search < end_ ? std::memchr(buffer_.data() + search, '\n', end_ - search) : nullptr;
       if (newline != nullptr) {
@@ -121,10 +124,11 @@ bool CsvReader::next_record(std::vector<std::string_view>& fields) {
         length = end_ - begin_;
         if (length == 0) return false;
       }
-      const std::string_view fresh(buffer_.data() + search, begin_ + length - search);
+      const std::string_view fresh(buffer_.data() + begin_ + counted, length - counted);
       const auto quotes = static_cast<std::size_t>(std::count(fresh.begin(), fresh.end(), '"'));
       quoted = quoted || quotes > 0;
       quotes_seen += quotes;
+      counted = length;
       if (newline == nullptr || quotes_seen % 2 == 0) {
         complete = true;
       } else {

@@ -10,6 +10,16 @@
 
 namespace leeway::io {
 namespace fs = std::filesystem;
+namespace {
+
+// Keys that describe a dataset and that no reader needs; any other unknown key is an error.
+void pass_over_descriptions(const JsonObject& object) {
+  for (const char* key : {"name", "description", "source", "ship", "maneuver", "noise", "seed", "spec", "provenance"})
+    object.has(key);
+  object.check_all_known();
+}
+
+}  // namespace
 
 std::string set_of_path(const std::string& path) {
   std::error_code error;
@@ -36,13 +46,16 @@ std::vector<RecordingFile> expand_recordings(const std::vector<std::string>& arg
     for (const JsonObject& set : dataset.objects("sets")) {
       const std::string name = set.text("name");
       names.push_back(name);
-      if (!wanted.empty() && name != wanted) continue;
       for (const JsonObject& recording : set.objects("recordings")) {
         const std::string truth = recording.text_or("truth", "");
-        result.push_back(
-            {(folder / recording.text("file")).string(), truth.empty() ? "" : (folder / truth).string(), name});
+        const std::string file = recording.text("file");
+        if (wanted.empty() || name == wanted)
+          result.push_back({(folder / file).string(), truth.empty() ? "" : (folder / truth).string(), name});
+        pass_over_descriptions(recording);
       }
+      pass_over_descriptions(set);
     }
+    pass_over_descriptions(dataset);
     if (result.size() == before)
       throw InputError(path, wanted.empty() ? "lists no recording"
                                             : fmt::format("no set '{}'; sets: {}", wanted, fmt::join(names, ", ")));

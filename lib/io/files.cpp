@@ -24,42 +24,69 @@ std::string configs_folder() {
   return (executable.parent_path().parent_path() / "share/leeway/configs").string();
 }
 
+struct Descriptor {
+  int fd;
+  ~Descriptor() {
+    if (fd != STDIN_FILENO) ::close(fd);
+  }
+};
+
+// Hands a file ("-": standard input) over piece by piece.
+template <typename Take>
+void read_chunks(const std::string& path, const Take& take) {
+  const Descriptor file{path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  if (file.fd < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
+  std::vector<char> buffer(1 << 18);
+  for (;;) {
+    const ssize_t got = ::read(file.fd, buffer.data(), buffer.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw IoError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+    if (got == 0) return;
+    take(std::string_view(buffer.data(), static_cast<std::size_t>(got)));
+  }
+}
+
+class Sha256 {
+ public:
+  Sha256() : context_(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
+    check(context_ != nullptr && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) == 1);
+  }
+  void add(std::string_view text) { check(EVP_DigestUpdate(context_.get(), text.data(), text.size()) == 1); }
+  std::string hex() {
+    unsigned char digest[EVP_MAX_MD_SIZE];
+    unsigned int length = 0;
+    check(EVP_DigestFinal_ex(context_.get(), digest, &length) == 1);
+    std::string text;
+    for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
+    return text;
+  }
+
+ private:
+  static void check(bool ok) {
+    if (!ok) throw std::runtime_error("SHA-256 is not available");
+  }
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
+};
+
 }  // namespace
 
 std::string read_text(const std::string& path) {
-  const bool is_stdin = path == "-";
-  const int fd = is_stdin ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
   std::string text;
-  std::size_t size = 0;
-  for (;;) {
-    text.resize(std::max<std::size_t>(2 * size, 1 << 16));
-    const ssize_t got = ::read(fd, text.data() + size, text.size() - size);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      const int error = errno;
-      if (!is_stdin) ::close(fd);
-      throw IoError(path, fmt::format("cannot be read: {}", std::strerror(error)));
-    }
-    if (got == 0) break;
-    size += static_cast<std::size_t>(got);
-  }
-  if (!is_stdin) ::close(fd);
-  text.resize(size);
+  read_chunks(path, [&](std::string_view chunk) { text += chunk; });
   return text;
 }
 
 std::string sha256(std::string_view text) {
-  unsigned char digest[EVP_MAX_MD_SIZE];
-  unsigned int length = 0;
-  if (EVP_Digest(text.data(), text.size(), digest, &length, EVP_sha256(), nullptr) != 1)
-    throw std::runtime_error("SHA-256 is not available");
-  std::string hex;
-  for (unsigned int i = 0; i < length; ++i) hex += fmt::format("{:02x}", digest[i]);
-  return hex;
+  Sha256 hash;
+  hash.add(text);
+  return hash.hex();
 }
 
-std::string sha256_of_file(const std::string& path) { return sha256(read_text(path)); }
+std::string sha256_of_file(const std::string& path) {
+  Sha256 hash;
+  read_chunks(path, [&](std::string_view chunk) { hash.add(chunk); });
+  return hash.hex();
+}
 
 std::string stem(const std::string& path) { return path == "-" ? "stdin" : fs::path(path).stem().string(); }
 

@@ -52,11 +52,15 @@ std::vector<double> at_grid_times(const Grid& grid, const std::vector<double>& v
   return result;
 }
 
-// The mean of the finite samples in [t(k) + from, t(k) + to); where there is none, NaN.
-std::vector<double> means(const Grid& grid, const std::vector<double>& values, double from_s, double to_s) {
+enum class End { excluded, included };
+
+// The mean of the finite samples from t(k) + from to t(k) + to; where there is none, NaN.
+std::vector<double> means(const Grid& grid, const std::vector<double>& values, double from_s, double to_s, End last) {
   std::vector<double> result(grid.points, kMissing);
   for (std::size_t k = 0; k < grid.points; ++k) {
-    const std::size_t begin = grid.first_from(grid.at(k) + from_s), end = grid.first_from(grid.at(k) + to_s);
+    const std::size_t begin = grid.first_from(grid.at(k) + from_s);
+    std::size_t end = grid.first_from(grid.at(k) + to_s);
+    if (last == End::included && end < values.size() && grid.t[end] - grid.at(k) - to_s <= kSameTime * grid.dt_s) ++end;
     double sum = 0.0;
     std::size_t count = 0;
     for (std::size_t i = begin; i < end; ++i)
@@ -71,7 +75,7 @@ std::vector<double> means(const Grid& grid, const std::vector<double>& values, d
 
 // Inputs act until the next sample comes: a value is held over a hole that is not too long.
 std::vector<double> held_means(const Grid& grid, const std::vector<double>& values) {
-  std::vector<double> result = means(grid, values, 0.0, grid.dt_s);
+  std::vector<double> result = means(grid, values, 0.0, grid.dt_s, End::excluded);
   for (std::size_t k = 0; k < grid.points; ++k) {
     if (!std::isnan(result[k])) continue;
     const double time = grid.at(k);
@@ -125,8 +129,13 @@ std::vector<Samples> resample(const Trajectory& trajectory, std::span<const Chan
 
   const auto state = [&](Channel channel) {
     const std::vector<double>& values = trajectory[channel];
-    if (resampling == StateResampling::decimate) return at_grid_times(grid, values);
-    return means(grid, values, -0.5 * dt_s, 0.5 * dt_s);
+    std::vector<double> result = at_grid_times(grid, values);
+    if (resampling == StateResampling::decimate) return result;
+    // Both ends count, so that the mean belongs to t(k); a short hole is bridged as it is without averaging.
+    const std::vector<double> averaged = means(grid, values, -0.5 * dt_s, 0.5 * dt_s, End::included);
+    for (std::size_t k = 0; k < result.size(); ++k)
+      if (!std::isnan(averaged[k])) result[k] = averaged[k];
+    return result;
   };
   std::vector<std::vector<double>> rows;
   for (const Channel channel : {Channel::u, Channel::vm, Channel::r}) {
