@@ -1,0 +1,70 @@
+#include <algorithm>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "cli/options.hpp"
+#include "core/errors.hpp"
+#include "io/files.hpp"
+#include "metrics/scores.hpp"
+
+namespace {
+
+using namespace leeway;
+
+struct EvalOptions {
+  cli::CommonOptions common;
+  std::vector<std::string> predictions, truths;
+  std::string columns, per_step, output = "-";
+  double sigma_u_mps = 0.01, sigma_vm_mps = 0.01, sigma_r_degps = 0.1;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  EvalOptions opt;
+  CLI::App app{"Score probabilistic predictions against the truth.", "eval-metrics"};
+  app.add_option("predictions", opt.predictions, "folders of prediction CSV files, such files, or '-' for stdin")
+      ->required();
+  app.add_option("--truth", opt.truths, "true trajectories: CSV files, dataset.json or dataset.json#SET")->required();
+  app.add_option("--columns", opt.columns, "columns map of the truth files (JSON), or the name of a shipped one");
+  app.add_option("--per-step", opt.per_step, "mean, spread, truth and distances of each step (CSV)");
+  app.add_option("--sigma-u-mps", opt.sigma_u_mps, "sigma of u in L_fit [m/s]")
+      ->check(cli::positive())
+      ->capture_default_str();
+  app.add_option("--sigma-vm-mps", opt.sigma_vm_mps, "sigma of v_m in L_fit [m/s]")
+      ->check(cli::positive())
+      ->capture_default_str();
+  app.add_option("--sigma-r-degps", opt.sigma_r_degps, "sigma of r in L_fit [deg/s]")
+      ->check(cli::positive())
+      ->capture_default_str();
+  app.add_option("-o,--output", opt.output, "figures (JSON), '-' for stdout")->capture_default_str();
+  cli::add_common_options(app, opt.common);
+  if (const auto exit_code = cli::parse(app, argc, argv, opt.common)) return *exit_code;
+
+  const auto streams = std::count(opt.predictions.begin(), opt.predictions.end(), "-") +
+                       std::count(opt.truths.begin(), opt.truths.end(), "-");
+  if (streams > 1) throw UsageError("'-' (the standard input) can be read only once");
+  if (opt.per_step == "-" && opt.output == "-") throw UsageError("--per-step and --output cannot both be '-'");
+
+  std::optional<io::ColumnsMap> columns;
+  if (!opt.columns.empty()) columns = io::read_columns_map(opt.columns);
+  ScoreOptions options;
+  options.sigma = {opt.sigma_u_mps, opt.sigma_vm_mps, deg_to_rad(opt.sigma_r_degps)};
+  options.columns = columns ? &*columns : nullptr;
+  options.jobs = opt.common.jobs;
+
+  const PredictionSource source = find_predictions(opt.predictions);
+  const Evaluation evaluation = evaluate(source, truths_by_name(opt.truths), options);
+
+  io::Json json = to_json(evaluation);
+  json["provenance"] = cli::provenance(app, opt.common, input_files(source, evaluation), {"--per-step"});
+  if (!source.provenance.empty()) json["provenance"]["predictions"] = source.provenance;
+  cli::warn_all(notices(evaluation));
+  if (!opt.per_step.empty()) io::write_text(opt.per_step, per_step_text(evaluation));
+  io::write_text(opt.output, io::to_text(json));
+  if (!opt.common.quiet) fmt::print(stderr, "{}", summary_text(evaluation));
+  return cli::kOk;
+} catch (...) {
+  return leeway::cli::report_current_exception("eval-metrics");
+}

@@ -1,0 +1,395 @@
+#include "metrics/scores.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/errors.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "io/files.hpp"
+
+namespace leeway {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kSameTime_s = 1e-6;
+constexpr double kFullRank = 1e-10;  // smallest eigenvalue of the correlation matrix
+
+// Mean of numbers that come one by one; NaN while there is none.
+struct Mean {
+  std::size_t count = 0;
+  double sum = 0.0;
+  void add(double x) {
+    ++count;
+    sum += x;
+  }
+  double value() const { return count > 0 ? sum / static_cast<double>(count) : kMissing; }
+};
+
+// Pearson's correlation in two passes; NaN for fewer than two points or a constant.
+double correlation(const std::vector<double>& x, const std::vector<double>& y) {
+  Mean mean_x, mean_y;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    mean_x.add(x[i]);
+    mean_y.add(y[i]);
+  }
+  double xx = 0.0, yy = 0.0, xy = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double dx = x[i] - mean_x.value(), dy = y[i] - mean_y.value();
+    xx += dx * dx;
+    yy += dy * dy;
+    xy += dx * dy;
+  }
+  return xx > 0.0 && yy > 0.0 ? std::clamp(xy / std::sqrt(xx * yy), -1.0, 1.0) : kMissing;
+}
+
+std::string inferred_sampling(bool member_changes, std::size_t members, std::size_t most_particles) {
+  if (member_changes) return "ts1";
+  return members <= 1 || most_particles <= 1 ? "single" : "ts-inf";
+}
+
+io::Json number_or_null(double x) { return std::isnan(x) ? io::Json(nullptr) : io::Json(x); }
+
+io::Json units() {
+  return {{"L_eucl", "(m/s)^2 + (rad/s)^2"},
+          {"L_maha", "1"},
+          {"maha_undefined_fraction", "1"},
+          {"correlation_eucl_maha", "1"},
+          {"rmse_u_mps", "m/s"},
+          {"rmse_vm_mps", "m/s"},
+          {"rmse_r_degps", "deg/s"},
+          {"rmse_position_m", "m"},
+          {"coverage", "1"},
+          {"L_fit", "1"}};
+}
+
+io::Json to_json(const Scores& s) {
+  io::Json json{{"name", s.name},
+                {"sequences", s.sequences},
+                {"steps", s.steps},
+                {"particles", s.particles ? io::Json(*s.particles) : io::Json(nullptr)},
+                {"points", s.points},
+                {"missing_truth", s.missing_truth},
+                {"L_eucl", number_or_null(s.L_eucl)},
+                {"L_maha", number_or_null(s.L_maha)},
+                {"maha_undefined_fraction", number_or_null(s.maha_undefined_fraction)},
+                {"correlation_eucl_maha", number_or_null(s.correlation)},
+                {"members", s.members},
+                {"sampling", s.sampling},
+                {"rmse_u_mps", number_or_null(s.rmse(0))},
+                {"rmse_vm_mps", number_or_null(s.rmse(1))},
+                {"rmse_r_degps", number_or_null(rad_to_deg(s.rmse(2)))},
+                {"rmse_position_m", number_or_null(s.rmse_position)}};
+  io::Json coverage = io::Json::object();
+  for (std::size_t i = 0; i < kCoverageLevels.size(); ++i)
+    coverage[fmt::format("{}", kCoverageLevels[i])] = number_or_null(s.coverage[i]);
+  json["coverage"] = coverage;
+  json["L_fit"] = number_or_null(s.L_fit);
+  json["units"] = units();
+  return json;
+}
+
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+}  // namespace
+
+TruthPoint truth_at(const Trajectory& truth, double t_s) {
+  const std::vector<double>& t = truth[Channel::t];
+  const auto outside = [&] {
+    return InputError(truth.file, fmt::format("the prediction has a point at {} s, but the truth lasts from {} to {} s",
+                                              t_s, t.front(), t.back()));
+  };
+  const auto after = static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), t_s - kSameTime_s) - t.begin());
+  if (after == t.size()) throw outside();
+  // Neighbors a and b with weight w on b; an exact hit needs no neighbor, which may be missing.
+  std::size_t a = after, b = after;
+  double w = 0.0;
+  if (t[after] - t_s > kSameTime_s) {
+    if (after == 0) throw outside();
+    a = after - 1;
+    w = (t_s - t[a]) / (t[b] - t[a]);
+  }
+  const auto at = [&](Channel channel) {
+    if (!truth.has(channel)) return kMissing;
+    const std::vector<double>& values = truth[channel];
+    return a == b ? values[a] : values[a] + w * (values[b] - values[a]);
+  };
+  return {{at(Channel::u), at(Channel::vm), at(Channel::r)}, {at(Channel::x0), at(Channel::y0)}};
+}
+
+std::optional<double> squared_mahalanobis(const Vec3<double>& error, const Eigen::Matrix3d& Sigma) {
+  const Vec3<double> sd = Sigma.diagonal().cwiseSqrt();
+  if (!(sd.minCoeff() > 0.0)) return std::nullopt;
+  const Eigen::Matrix3d correlation = sd.cwiseInverse().asDiagonal() * Sigma * sd.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(correlation);
+  if (!(eigen.eigenvalues()(0) > kFullRank)) return std::nullopt;
+  const Vec3<double> along = eigen.eigenvectors().transpose() * error.cwiseQuotient(sd);
+  return along.cwiseAbs2().cwiseQuotient(eigen.eigenvalues()).sum();
+}
+
+RecordingScores score(const PredictedRecording& prediction, const Trajectory& truth, const ScoreOptions& options) {
+  RecordingScores result;
+  result.name = prediction.name;
+  result.file = truth.file;
+  result.sequences = prediction.sequences.size();
+  result.members = prediction.members;
+  result.sampling = prediction.sampling;
+  result.ignored_columns = truth.ignored_columns;
+  for (const auto& [number, sequence] : prediction.sequences) {
+    result.steps_of_sequence.push_back(sequence.steps.size());
+    result.particles_of_sequence.push_back(sequence.steps.front().moments.count());
+    result.member_changes = result.member_changes || sequence.member_changes;
+    for (std::size_t k = 0; k < sequence.steps.size(); ++k) {
+      const PredictedSequence::Step& step = sequence.steps[k];
+      const Eigen::Matrix3d Sigma = step.moments.covariance();
+      const TruthPoint there = truth_at(truth, step.t_s);
+      PointScore point;
+      point.sequence = number;
+      point.step = k;
+      point.t_s = step.t_s;
+      point.mean = step.moments.mean();
+      point.sd = Sigma.diagonal().cwiseSqrt();
+      point.truth = there.nu;
+      const Vec3<double> error = there.nu - point.mean;
+      if (!error.hasNaN()) {
+        point.squared_eucl = error.squaredNorm();
+        if (const auto maha = squared_mahalanobis(error, Sigma)) point.squared_maha = *maha;
+        point.squared_position = (there.position - step.moments.mean_position()).squaredNorm();
+        // Mean over particles of (truth - particle)^2 = error of the mean squared + variance.
+        point.fit = (error.cwiseAbs2() + Sigma.diagonal()).cwiseQuotient(options.sigma.cwiseAbs2()).sum();
+      }
+      result.points.push_back(point);
+    }
+  }
+  return result;
+}
+
+Scores summarize(const std::string& name, std::span<const RecordingScores> recordings) {
+  Scores s;
+  s.name = name;
+  Mean eucl, maha, position, fit;
+  std::array<Mean, 3> squared;
+  std::array<std::size_t, 3> covered{};
+  std::vector<double> eucl_distances, maha_distances;
+  std::set<std::size_t> members;
+  std::set<std::size_t> particles;
+  std::set<std::string> declared;
+  bool member_changes = false;
+  for (const RecordingScores& recording : recordings) {
+    s.sequences += recording.sequences;
+    for (const std::size_t steps : recording.steps_of_sequence) s.steps = std::max(s.steps, steps);
+    particles.insert(recording.particles_of_sequence.begin(), recording.particles_of_sequence.end());
+    members.insert(recording.members.begin(), recording.members.end());
+    member_changes = member_changes || recording.member_changes;
+    declared.insert(recording.sampling);
+    for (const PointScore& point : recording.points) {
+      const bool has_truth = !std::isnan(point.squared_eucl);
+      if (has_truth) fit.add(point.fit);
+      if (point.step == 0) continue;
+      if (!has_truth) {
+        ++s.missing_truth;
+        continue;
+      }
+      eucl.add(point.squared_eucl);
+      for (int i = 0; i < 3; ++i) squared[i].add((point.truth(i) - point.mean(i)) * (point.truth(i) - point.mean(i)));
+      if (!std::isnan(point.squared_position)) position.add(point.squared_position);
+      if (std::isnan(point.squared_maha)) continue;
+      maha.add(point.squared_maha);
+      eucl_distances.push_back(std::sqrt(point.squared_eucl));
+      maha_distances.push_back(std::sqrt(point.squared_maha));
+      for (std::size_t i = 0; i < covered.size(); ++i)
+        if (point.squared_maha <= kCoverageQuantiles[i]) ++covered[i];
+    }
+  }
+  s.points = eucl.count;
+  s.L_eucl = eucl.value();
+  s.L_maha = maha.value();
+  if (eucl.count > 0)
+    s.maha_undefined_fraction = static_cast<double>(eucl.count - maha.count) / static_cast<double>(eucl.count);
+  s.correlation = correlation(eucl_distances, maha_distances);
+  s.members = members.size();
+  if (particles.size() == 1) s.particles = *particles.begin();
+  s.sampling = declared.size() == 1 && !declared.contains("")
+                   ? *declared.begin()
+                   : inferred_sampling(member_changes, members.size(), particles.empty() ? 0 : *particles.rbegin());
+  for (int i = 0; i < 3; ++i) s.rmse(i) = std::sqrt(squared[i].value());
+  s.rmse_position = std::sqrt(position.value());
+  if (maha.count > 0)
+    for (std::size_t i = 0; i < covered.size(); ++i)
+      s.coverage[i] = static_cast<double>(covered[i]) / static_cast<double>(maha.count);
+  s.L_fit = fit.value();
+  return s;
+}
+
+std::map<std::string, io::RecordingFile> truths_by_name(const std::vector<std::string>& arguments) {
+  std::map<std::string, io::RecordingFile> result;
+  for (io::RecordingFile& recording : io::expand_recordings(arguments)) {
+    const std::string name = io::stem(recording.path);
+    if (recording.truth.empty()) recording.truth = recording.path;
+    const std::string file = recording.truth;
+    const auto [other, is_new] = result.emplace(name, std::move(recording));
+    if (!is_new)
+      throw InputError(file, fmt::format("is the truth of recording '{}', and so is {}; recordings are told apart by "
+                                         "their name",
+                                         name, other->second.truth));
+  }
+  return result;
+}
+
+PredictionSource find_predictions(const std::vector<std::string>& arguments) {
+  PredictionSource source;
+  source.provenance = io::Json::array();
+  for (const std::string& argument : arguments) {
+    std::error_code error;
+    if (argument == "-" || !fs::is_directory(argument, error)) {
+      source.files.push_back({argument, ""});
+      continue;
+    }
+    std::vector<std::string> files;
+    for (const auto& entry : fs::directory_iterator(argument, error))
+      if (entry.path().extension() == ".csv") files.push_back(entry.path().string());
+    if (error) throw IoError(argument, fmt::format("cannot be read: {}", error.message()));
+    if (files.empty()) throw InputError(argument, "no CSV file in this folder; expected a prediction");
+    std::sort(files.begin(), files.end());
+    std::string sampling;
+    const std::string description = (fs::path(argument) / "prediction.json").string();
+    if (fs::exists(description, error)) {
+      const io::Json json = io::read_json(description);
+      const io::JsonObject prediction(json, description);
+      sampling = prediction.text_or("sampling", "");
+      if (prediction.has("provenance")) source.provenance.push_back(prediction.value("provenance"));
+      source.descriptions.push_back(description);
+    }
+    for (const std::string& file : files) source.files.push_back({file, sampling});
+  }
+  return source;
+}
+
+Evaluation evaluate(const PredictionSource& source, const std::map<std::string, io::RecordingFile>& truths,
+                    const ScoreOptions& options) {
+  std::set<std::string> known;
+  for (const auto& [name, truth] : truths) known.insert(name);
+  std::vector<std::vector<PredictedRecording>> of_file(source.files.size());
+  parallel_for(of_file.size(), options.jobs, [&](std::size_t i) {
+    of_file[i] = read_prediction(source.files[i].path, known);
+    for (PredictedRecording& recording : of_file[i]) recording.sampling = source.files[i].sampling;
+  });
+
+  // By set, then by name: the order of all sums, whatever the order of the arguments.
+  std::map<std::pair<std::string, std::string>, const PredictedRecording*> sorted;
+  for (const auto& recordings : of_file)
+    for (const PredictedRecording& recording : recordings) {
+      const auto [other, is_new] = sorted.emplace(std::pair(truths.at(recording.name).set, recording.name), &recording);
+      if (!is_new)
+        throw InputError(recording.file,
+                         fmt::format("predicts recording '{}', and so does {}", recording.name, other->second->file));
+    }
+  std::vector<const PredictedRecording*> predictions;
+  for (const auto& [key, recording] : sorted) predictions.push_back(recording);
+
+  Evaluation evaluation;
+  evaluation.recordings.resize(predictions.size());
+  parallel_for(predictions.size(), options.jobs, [&](std::size_t i) {
+    const io::RecordingFile& truth = truths.at(predictions[i]->name);
+    evaluation.recordings[i] = score(*predictions[i], io::read_trajectory(truth.truth, options.columns), options);
+    evaluation.recordings[i].set = truth.set;
+  });
+
+  const std::span<const RecordingScores> all(evaluation.recordings);
+  for (std::size_t begin = 0; begin < all.size();) {
+    std::size_t end = begin;
+    while (end < all.size() && all[end].set == all[begin].set) ++end;
+    evaluation.datasets.push_back(summarize(all[begin].set, all.subspan(begin, end - begin)));
+    begin = end;
+  }
+  evaluation.overall = summarize("overall", all);
+  return evaluation;
+}
+
+std::vector<std::string> input_files(const PredictionSource& source, const Evaluation& evaluation) {
+  std::vector<std::string> files;
+  for (const PredictionSource::File& file : source.files) files.push_back(file.path);
+  files.insert(files.end(), source.descriptions.begin(), source.descriptions.end());
+  for (const RecordingScores& recording : evaluation.recordings) files.push_back(recording.file);
+  return files;
+}
+
+std::vector<std::string> notices(const Evaluation& evaluation) {
+  std::vector<std::string> result;
+  std::set<std::string> ignored;
+  for (const RecordingScores& recording : evaluation.recordings)
+    ignored.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
+  if (!ignored.empty())
+    result.push_back(fmt::format("columns that no tool knows are ignored: {}", fmt::join(ignored, ", ")));
+  const Scores& all = evaluation.overall;
+  if (all.missing_truth > 0)
+    result.push_back(fmt::format("{} of {} points have no truth (missing samples) and are in no figure",
+                                 all.missing_truth, all.missing_truth + all.points));
+  return result;
+}
+
+io::Json to_json(const Evaluation& evaluation) {
+  io::Json datasets = io::Json::array();
+  for (const Scores& dataset : evaluation.datasets) datasets.push_back(to_json(dataset));
+  return {{"datasets", datasets}, {"overall", to_json(evaluation.overall)}};
+}
+
+std::string per_step_text(const Evaluation& evaluation) {
+  std::string text =
+      "recording,sequence,step,t_s,u_mean_mps,vm_mean_mps,r_mean_degps,u_sd_mps,vm_sd_mps,r_sd_degps,u_truth_mps,"
+      "vm_truth_mps,r_truth_degps,eucl,maha\n";
+  const auto append = [&](double value) {
+    text += ',';
+    if (!std::isnan(value)) fmt::format_to(std::back_inserter(text), "{}", value);
+  };
+  for (const RecordingScores& recording : evaluation.recordings) {
+    const std::string name = csv_field(recording.name);
+    for (const PointScore& point : recording.points) {
+      fmt::format_to(std::back_inserter(text), "{},{},{},{}", name, point.sequence, point.step, point.t_s);
+      for (const Vec3<double>* value : {&point.mean, &point.sd, &point.truth}) {
+        append((*value)(0));
+        append((*value)(1));
+        append(rad_to_deg((*value)(2)));
+      }
+      append(std::sqrt(point.squared_eucl));
+      append(std::sqrt(point.squared_maha));
+      text += '\n';
+    }
+  }
+  return text;
+}
+
+std::string summary_text(const Evaluation& evaluation) {
+  std::size_t width = 8;
+  for (const Scores& s : evaluation.datasets) width = std::max(width, s.name.size());
+  std::string text = fmt::format("{:<{}} {:>9} {:>5} {:>9} {:>11} {:>11} {:>9} {:>11} {:>9} {:>9} {:>10} {:>8}\n",
+                                 "set", width, "sequences", "K", "particles", "L_eucl", "L_maha", "undefined",
+                                 "correlation", "u [m/s]", "vm [m/s]", "r [deg/s]", "pos [m]");
+  const auto shown = [](double x, const char* format) {
+    return std::isnan(x) ? std::string("-") : fmt::format(fmt::runtime(format), x);
+  };
+  const auto line = [&](const Scores& s) {
+    fmt::format_to(std::back_inserter(text),
+                   "{:<{}} {:>9} {:>5} {:>9} {:>11} {:>11} {:>9} {:>11} {:>9} {:>9} {:>10} {:>8}\n", s.name, width,
+                   s.sequences, s.steps, s.particles ? fmt::format("{}", *s.particles) : "-", shown(s.L_eucl, "{:.4g}"),
+                   shown(s.L_maha, "{:.4g}"), shown(s.maha_undefined_fraction, "{:.3f}"),
+                   shown(s.correlation, "{:.3f}"), shown(s.rmse(0), "{:.4f}"), shown(s.rmse(1), "{:.4f}"),
+                   shown(rad_to_deg(s.rmse(2)), "{:.4f}"), shown(s.rmse_position, "{:.3f}"));
+  };
+  for (const Scores& s : evaluation.datasets) line(s);
+  line(evaluation.overall);
+  return text;
+}
+
+}  // namespace leeway

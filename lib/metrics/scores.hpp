@@ -1,0 +1,134 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/types.hpp"
+#include "core/units.hpp"
+#include "io/dataset_json.hpp"
+#include "io/json.hpp"
+#include "io/trajectory_csv.hpp"
+#include "metrics/particle_moments.hpp"
+#include "recording/trajectory.hpp"
+
+namespace leeway {
+
+struct ScoreOptions {
+  Vec3<double> sigma{0.01, 0.01, 0.1 * kDegree};  ///< of L_fit: [m/s], [m/s], [rad/s]
+  const io::ColumnsMap* columns = nullptr;        ///< of the truth files
+  std::size_t jobs = 1;
+};
+
+/// The truth at one time; NaN where it is missing.
+struct TruthPoint {
+  Vec3<double> nu{kMissing, kMissing, kMissing};  ///< (u, v_m [m/s], r [rad/s])
+  Vec2<double> position{kMissing, kMissing};      ///< (x0, y0) [m]
+};
+
+/// The sample within 1e-6 s of `t_s`, else linear between the two around it. Throws InputError outside the recording.
+TruthPoint truth_at(const Trajectory& truth, double t_s);
+
+/// Squared Mahalanobis distance of `error` under the covariance `Sigma`; nothing where Sigma has no full rank, that
+/// is, where the smallest eigenvalue of its correlation matrix is at most 1e-10.
+std::optional<double> squared_mahalanobis(const Vec3<double>& error, const Eigen::Matrix3d& Sigma);
+
+/// One step of one sequence against the truth. Everything that compares is NaN where the truth is missing.
+struct PointScore {
+  std::size_t sequence = 0, step = 0;
+  double t_s = 0.0;
+  Vec3<double> mean, sd, truth;        ///< (u, v_m [m/s], r [rad/s])
+  double squared_eucl = kMissing;      ///< |truth - mean|^2 [(m/s)^2 + (rad/s)^2]
+  double squared_maha = kMissing;      ///< NaN where undefined
+  double squared_position = kMissing;  ///< of the mean position [m^2]; NaN where one of the two has none
+  double fit = kMissing;               ///< mean over particles of the sum of squared errors over sigma^2
+};
+
+struct RecordingScores {
+  std::string name, set, file;  ///< file: of the truth
+  std::size_t sequences = 0;
+  std::vector<std::size_t> steps_of_sequence, particles_of_sequence;
+  std::set<std::size_t> members;
+  bool member_changes = false;
+  std::string sampling;                      ///< what the prediction says of itself; may be empty
+  std::vector<std::string> ignored_columns;  ///< of the truth file
+  std::vector<PointScore> points;            ///< by sequence and step
+};
+
+/// Compares a prediction with the truth of the same recording.
+RecordingScores score(const PredictedRecording& prediction, const Trajectory& truth, const ScoreOptions& options);
+
+/// The figures of one data set, by the definitions of docs/eval-metrics.md. NaN is an undefined figure.
+struct Scores {
+  std::string name;
+  std::size_t sequences = 0;
+  std::size_t steps = 0;                 ///< points K of a sequence, of the longest where they differ
+  std::optional<std::size_t> particles;  ///< nothing where sequences differ
+  std::size_t points = 0;                ///< k >= 1, with a truth
+  std::size_t missing_truth = 0;         ///< k >= 1, left out because a truth sample is missing
+  double L_eucl = kMissing, L_maha = kMissing, maha_undefined_fraction = kMissing, correlation = kMissing;
+  std::size_t members = 0;
+  std::string sampling;  ///< as all recordings declare it, else from the members: "ts-inf", "ts1" or "single"
+  Vec3<double> rmse{kMissing, kMissing, kMissing};
+  double rmse_position = kMissing;
+  std::array<double, 3> coverage{kMissing, kMissing, kMissing};  ///< of the regions of kCoverageLevels
+  double L_fit = kMissing;
+};
+
+inline constexpr std::array<double, 3> kCoverageLevels{0.5, 0.9, 0.99};
+/// Quantiles of chi-square with three degrees of freedom for kCoverageLevels.
+inline constexpr std::array<double, 3> kCoverageQuantiles{2.3659738843753377, 6.251388631170325, 11.344866730144373};
+
+/// Figures over the given recordings, added in their order.
+Scores summarize(const std::string& name, std::span<const RecordingScores> recordings);
+
+struct Evaluation {
+  std::vector<RecordingScores> recordings;  ///< by set and name
+  std::vector<Scores> datasets;             ///< by name
+  Scores overall;
+};
+
+/// Finds the truth files by the names of their recordings. Throws InputError for two of one name.
+std::map<std::string, io::RecordingFile> truths_by_name(const std::vector<std::string>& arguments);
+
+/// Where predictions come from.
+struct PredictionSource {
+  struct File {
+    std::string path;
+    std::string sampling;  ///< what prediction.json beside it says; empty where there is none
+  };
+  std::vector<File> files;
+  std::vector<std::string> descriptions;  ///< the prediction.json files found
+  io::Json provenance;                    ///< array of theirs
+};
+
+/// Finds the prediction CSV files that the arguments name: a folder stands for all its *.csv, sorted, and may hold a
+/// prediction.json. Throws InputError for a folder without any.
+PredictionSource find_predictions(const std::vector<std::string>& arguments);
+
+/// Reads predictions and those truths that they need, a file per thread at a time, and scores them. Throws InputError
+/// for a recording without truth and for one that two files predict.
+Evaluation evaluate(const PredictionSource& source, const std::map<std::string, io::RecordingFile>& truths,
+                    const ScoreOptions& options);
+
+/// All files that an evaluation read: predictions, descriptions, truths.
+std::vector<std::string> input_files(const PredictionSource& source, const Evaluation& evaluation);
+
+/// What a user should know about the figures.
+std::vector<std::string> notices(const Evaluation& evaluation);
+
+/// metrics.json without provenance.
+io::Json to_json(const Evaluation& evaluation);
+
+/// One CSV row per recording, sequence and step.
+std::string per_step_text(const Evaluation& evaluation);
+
+/// A line per data set, for people.
+std::string summary_text(const Evaluation& evaluation);
+
+}  // namespace leeway
