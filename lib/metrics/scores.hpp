@@ -42,9 +42,9 @@ std::optional<double> squared_mahalanobis(const Vec3<double>& error, const Eigen
 struct PointScore {
   std::size_t sequence = 0, step = 0;
   double t_s = 0.0;
-  Vec3<double> mean, sd, truth;        ///< (u, v_m [m/s], r [rad/s])
-  double squared_eucl = kMissing;      ///< |truth - mean|^2 [(m/s)^2 + (rad/s)^2]
-  double squared_maha = kMissing;      ///< NaN where undefined
+  Vec3<double> mean = Vec3<double>::Zero(), sd = mean, truth = mean;  ///< (u, v_m [m/s], r [rad/s])
+  double squared_eucl = kMissing;                                     ///< |truth - mean|^2 [(m/s)^2 + (rad/s)^2]
+  double squared_maha = kMissing;                                     ///< NaN where undefined
   double squared_position = kMissing;  ///< of the mean position [m^2]; NaN where one of the two has none
   double fit = kMissing;               ///< mean over particles of the sum of squared errors over sigma^2
 };
