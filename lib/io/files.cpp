@@ -129,9 +129,12 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     if (file_ == nullptr) fail(errno);
     return;
   }
-  // A link keeps pointing to its target: the temporary file lies beside the target.
-  const fs::path target = fs::exists(status) ? fs::canonical(path, error) : fs::path(path);
-  target_ = error ? path : target.string();
+  // A link keeps pointing to its target: the temporary file lies beside the target, even if that is yet to be made.
+  target_ = path;
+  for (int links = 0; links < 40 && fs::is_symlink(target_, error); ++links) {
+    const fs::path next = fs::read_symlink(target_, error);
+    target_ = (fs::path(target_).parent_path() / next).string();
+  }
   if (fs::exists(status) && ::access(target_.c_str(), W_OK) != 0) fail(errno);
   temporary_ = fmt::format("{}.{}.tmp", target_, ::getpid());
   file_ = std::fopen(temporary_.c_str(), "wb");
@@ -139,6 +142,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     temporary_.clear();
     fail(errno);
   }
+  if (fs::exists(status)) ::fchmod(::fileno(file_), static_cast<mode_t>(status.permissions()));
 }
 
 OutputFile::~OutputFile() {

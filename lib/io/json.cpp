@@ -62,6 +62,10 @@ Json parse_json(const std::string& text, const std::string& name) {
     if (reason != std::string::npos) what = what.substr(reason + 2);
     if (text.find_first_not_of(" \t\r\n") == std::string::npos) what = "the file is empty";
     throw InputError(fmt::format("{}:{}:{}", name, line, column), "not valid JSON: " + what);
+  } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double
+    const std::string what = error.what();
+    const std::size_t reason = what.find("] ");
+    throw InputError(name, reason == std::string::npos ? what : what.substr(reason + 2));
   }
 }
 

@@ -20,26 +20,33 @@ namespace {
 struct Unit {
   Quantity quantity;
   std::string_view suffix;
-  double factor;  // to SI
+  double factor;             // to SI
+  std::string_view printed;  // in messages
 };
 
 constexpr Unit kUnits[] = {
-    {Quantity::time, "s", 1.0},
-    {Quantity::length, "m", 1.0},
-    {Quantity::speed, "mps", 1.0},
-    {Quantity::speed, "kn", kKnot},
-    {Quantity::angle, "deg", kDegree},
-    {Quantity::angle, "rad", 1.0},
-    {Quantity::angular_rate, "degps", kDegree},
-    {Quantity::angular_rate, "radps", 1.0},
-    {Quantity::revolutions, "rps", 1.0},
-    {Quantity::ratio, "", 1.0},
+    {Quantity::time, "s", 1.0, "s"},
+    {Quantity::length, "m", 1.0, "m"},
+    {Quantity::speed, "mps", 1.0, "m/s"},
+    {Quantity::speed, "kn", kKnot, "kn"},
+    {Quantity::angle, "deg", kDegree, "deg"},
+    {Quantity::angle, "rad", 1.0, "rad"},
+    {Quantity::angular_rate, "degps", kDegree, "deg/s"},
+    {Quantity::angular_rate, "radps", 1.0, "rad/s"},
+    {Quantity::revolutions, "rps", 1.0, "1/s"},
+    {Quantity::ratio, "", 1.0, ""},
 };
 
 std::optional<double> factor_of(Quantity quantity, std::string_view unit) {
   for (const Unit& u : kUnits)
     if (u.quantity == quantity && u.suffix == unit) return u.factor;
   return std::nullopt;
+}
+
+std::string_view printed_unit(std::string_view suffix) {
+  for (const Unit& u : kUnits)
+    if (u.suffix == suffix) return u.printed;
+  return suffix;
 }
 
 // "psi_rad" -> the channel psi, factor 1; nothing for a name that is not ours.
@@ -157,7 +164,7 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map) {
       const std::string_view field = fields[column.field];
       double value = 0.0;
       if (!parse_number(field, value)) {
-        if (!is_missing(field) || column.field == time_field) csv.number(field, column.name, column.unit);
+        if (!is_missing(field) || column.field == time_field) csv.number(field, column.name, printed_unit(column.unit));
         value = kMissing;
       }
       column.values->push_back(value * column.factor);

@@ -13,7 +13,7 @@ struct ColumnsMap {
   struct Source {
     Channel channel;
     double factor;     ///< file value times factor is SI
-    std::string unit;  ///< for messages
+    std::string unit;  ///< suffix, for messages
   };
   std::map<std::string, Source> columns;  ///< by the foreign column name
   std::vector<std::string> missing;       ///< texts that mark a missing sample, besides the empty field

@@ -2,14 +2,13 @@
 
 #include <cmath>
 #include <filesystem>
-#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
 #include "core/random.hpp"
-#include "io/files.hpp"
+#include "temporary_folder.hpp"
 
 using namespace leeway;
 using Catch::Matchers::WithinAbs;
@@ -19,17 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Folder {
-  fs::path path = fs::temp_directory_path() / fmt::format("leeway-scores-{}", ::getpid());
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    fs::create_directories((path / name).parent_path());
-    io::write_text(*this / name, text);
-    return *this / name;
-  }
-};
+using Folder = test::TemporaryFolder;
 
 const std::string kHeader = "recording,sequence,step,t_s,particle,member,x0_m,y0_m,psi_deg,u_mps,vm_mps,r_degps\n";
 
