@@ -21,6 +21,19 @@
 
 namespace leeway::cli {
 
+namespace {
+
+// A message may quote a file that is not text at all: no control characters reach the terminal, and not a megabyte.
+std::string one_line(std::string text) {
+  constexpr std::size_t kLongest = 2000;
+  if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  return text;
+}
+
+}  // namespace
+
 void add_common_options(CLI::App& app, CommonOptions& options) {
   options.jobs = std::max(1U, std::thread::hardware_concurrency());
   app.add_option("--seed", options.seed, "seed of every random number")->capture_default_str();
@@ -43,7 +56,7 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
     fmt::print(stderr, "{}: error: standard output: cannot be written: {}\n", program, std::strerror(errno));
     return kBadFile;
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "{}: error: {}. Try '{} --help'.\n", program, error.what(), program);
+    fmt::print(stderr, "{}: error: {}. Try '{} --help'.\n", program, one_line(error.what()), program);
     return kUsage;
   }
   auto logger = spdlog::stderr_color_st("leeway");
@@ -54,8 +67,8 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
 }
 
 int report_current_exception(const std::string& program) {
-  const auto say = [&](const char* what, int code) {
-    fmt::print(stderr, "{}: error: {}\n", program, what);
+  const auto say = [&](const std::string& what, int code) {
+    fmt::print(stderr, "{}: error: {}\n", program, one_line(what));
     return code;
   };
   try {
@@ -73,8 +86,7 @@ int report_current_exception(const std::string& program) {
   } catch (const std::bad_alloc&) {
     return say("out of memory", kComputationFailed);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: error: this is a bug in leeway {}: {}\n", program, LEEWAY_VERSION, error.what());
-    return kBug;
+    return say(fmt::format("this is a bug in leeway {}: {}", LEEWAY_VERSION, error.what()), kBug);
   }
 }
 

@@ -13,7 +13,7 @@ namespace leeway::io {
 namespace {
 
 std::string describe(const Json& value) {
-  std::string text = value.dump();
+  std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > 40) text = text.substr(0, 37) + "...";
   return text;
 }
@@ -71,7 +71,7 @@ Json parse_json(const std::string& text, const std::string& name) {
 
 Json read_json(const std::string& path) { return parse_json(read_text(path), path); }
 
-std::string to_text(const Json& json) { return json.dump(2) + "\n"; }
+std::string to_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 JsonObject::JsonObject(const Json& value, std::string file, std::string pointer)
     : value_(&value), file_(std::move(file)), pointer_(std::move(pointer)) {

@@ -19,7 +19,7 @@ Json read_json(const std::string& path);
 /// Parses a JSON text; `name` stands in the messages.
 Json parse_json(const std::string& text, const std::string& name);
 
-/// Two-space indented text with a line end.
+/// Two-space indented text with a line end. Bytes that are not UTF-8 (a file's name may hold them) become U+FFFD.
 std::string to_text(const Json& json);
 
 /// The numbers that a key may have. Bounds themselves are allowed unless `open_low`.

@@ -96,6 +96,13 @@ TEST_CASE("errors: a trajectory that is wrong ends with 3 and one line that says
        {"one quantity twice", "t_s,u_mps,vm_mps,r_degps,u_kn\n", 3, ":1: column 'u_kn': holds the same quantity"},
        {"nan", header + "0,1,0,0\n1,nan,0,0\n", 3, ":3: column 'u_mps': expected a finite number [m/s], got 'nan'"},
        {"text", header + "0,1,0,fast\n", 3, ":2: column 'r_degps': expected a finite number [deg/s], got 'fast'"},
+       {"two lines in a field", header + "0,1,0,\"two\nlines\"\n", 3,
+        ":2: column 'r_degps': expected a finite number [deg/s], got 'two lines'"},
+       {"not text at all",
+        std::string("\x7f"
+                    "ELF\x02\x01\x01\0\0\0\x1b[31m",
+                    15),
+        3, ":1: no column 't_s'; found  ELF"},
        {"row too short", header + "0,1,0,0\n1,1,0\n", 3, ":3: expected 4 fields, found 3"},
        {"row too long", header + "0,1,0,0\n1,1,0,0,9\n", 3, ":3: expected 4 fields, found 5"},
        {"time stands still", header + "0,1,0,0\n1,1,0,0\n1,1,0,0\n", 3,

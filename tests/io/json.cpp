@@ -76,6 +76,10 @@ TEST_CASE("json: numbers are written so that they read back to the same bits", "
     CHECK(io::parse_json(io::to_text({{"x", x}}), "x.json")["x"].get<double>() == x);
 }
 
+TEST_CASE("json: a name that is not UTF-8 is written with replacement characters", "[io][json]") {
+  CHECK(io::to_text({{"file", "caf\xE9.csv"}}) == "{\n  \"file\": \"caf\xEF\xBF\xBD.csv\"\n}\n");
+}
+
 TEST_CASE("dataset: a file expands to its recordings, one set or all", "[io][dataset]") {
   const test::TemporaryFolder folder;
   const std::string path = folder.write("data/dataset.json", R"({"noise": {"u_mps": 0.01}, "sets": [
