@@ -28,7 +28,7 @@ TEST_CASE("random: the mean, variance and tails of normal() are those of a stand
   CHECK_THAT(static_cast<double>(beyond_two) / n, WithinAbs(p, 5.0 * std::sqrt(p * (1.0 - p) / n)));
 }
 
-TEST_CASE("random: uniform numbers fill [0, 1) evenly and below(n) every number below n", "[core][random]") {
+TEST_CASE("random: uniform numbers lie evenly from 0 to 1, and below(n) gives every number below n", "[core][random]") {
   RandomStream stream(3, "uniform");
   const int n = 100'000;
   double sum = 0.0, squares = 0.0;
