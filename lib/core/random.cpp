@@ -5,7 +5,7 @@
 namespace leeway {
 namespace {
 
-// The finaliser of SplitMix64: spreads seeds that differ in one bit over all bits.
+// The finalizer of SplitMix64: spreads seeds that differ in one bit over all bits.
 std::uint64_t mix(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ULL;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
