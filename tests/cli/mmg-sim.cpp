@@ -3,36 +3,39 @@
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
 
-#include "cli/run_tool.hpp"
+#include "cli/run.hpp"
 
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
+using leeway::io::read_text;
+using leeway::test::Outcome;
+using leeway::test::run;
+using leeway::test::TemporaryFolder;
 
 namespace {
 
 long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
-std::string write(const std::string& path, const std::string& text) {
-  std::ofstream(path) << text;
-  return path;
-}
+// Runs a command whose files, if any, have their full paths.
+Outcome run_tool(const std::string& command) { return run(TemporaryFolder(), command); }
 
 }  // namespace
 
 TEST_CASE("mmg-sim: a maneuver goes to stdout, with all columns, and nothing else does", "[cli]") {
-  const ToolResult run = run_tool("mmg-sim zigzag --ship vectwin-3m --duration-s 20");
-  CHECK(run.exit_code == 0);
-  CHECK(run.err.empty());
-  CHECK_THAT(run.out, StartsWith("t_s,u_mps,vm_mps,r_degps,x0_m,y0_m,psi_deg,delta_p_deg,delta_s_deg,n_p_rps,n_bt_rps,"
-                                 "wind_speed_mps,wind_dir_deg,app_wind_speed_mps,app_wind_dir_deg\n"
-                                 "0,0.5,0,0,0,0,0,0,0,10,0,0,0,0.5,0\n1,"));
-  CHECK(lines(run.out) == 22);
+  const Outcome result = run_tool("mmg-sim zigzag --ship vectwin-3m --duration-s 20");
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  CHECK_THAT(result.out,
+             StartsWith("t_s,u_mps,vm_mps,r_degps,x0_m,y0_m,psi_deg,delta_p_deg,delta_s_deg,n_p_rps,n_bt_rps,"
+                        "wind_speed_mps,wind_dir_deg,app_wind_speed_mps,app_wind_dir_deg\n"
+                        "0,0.5,0,0,0,0,0,0,0,10,0,0,0,0.5,0\n1,"));
+  CHECK(lines(result.out) == 22);
 }
 
 TEST_CASE("mmg-sim: a negative rudder angle starts to port", "[cli]") {
-  const ToolResult run = run_tool("mmg-sim turning --ship esso-osaka-3m --rudder-deg -20 --duration-s 5 --n-p-rps 12");
-  CHECK(run.exit_code == 0);
-  CHECK_THAT(run.out, Contains(",-20,12,"));
+  const Outcome result = run_tool("mmg-sim turning --ship esso-osaka-3m --rudder-deg -20 --duration-s 5 --n-p-rps 12");
+  CHECK(result.exit_code == 0);
+  CHECK_THAT(result.out, Contains(",-20,12,"));
 }
 
 TEST_CASE("mmg-sim: the same seed gives the same bytes, another seed others", "[cli]") {
@@ -42,51 +45,52 @@ TEST_CASE("mmg-sim: the same seed gives the same bytes, another seed others", "[
 }
 
 TEST_CASE("mmg-sim: noise is on the recording and not on the truth", "[cli]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string common = "mmg-sim random --ship vectwin-3m --duration-s 30 --wind-speed-mps 1 --wind-dir-deg 30 ";
   const std::string plain = run_tool(common).out;
-  const ToolResult run = run_tool(common + "--noise paper-model-scale --truth " + (folder / "t.csv"));
-  CHECK(run.exit_code == 0);
-  CHECK(run.out != plain);
-  CHECK(text_of(folder / "t.csv") == plain);
+  const Outcome result = run_tool(common + "--noise paper-model-scale --truth " + (folder / "t.csv"));
+  CHECK(result.exit_code == 0);
+  CHECK(result.out != plain);
+  CHECK(read_text(folder / "t.csv") == plain);
 }
 
 TEST_CASE("mmg-sim: a recording is replayed to its end, from a pipe too", "[cli]") {
-  const ToolResult run = run_tool(
+  const Outcome result = run_tool(
       "mmg-sim random --ship esso-osaka-3m --duration-s 30 | mmg-sim replay --ship esso-osaka-3m --sample-s 0.5 -");
-  CHECK(run.exit_code == 0);
-  CHECK(lines(run.out) == 62);
+  CHECK(result.exit_code == 0);
+  CHECK(lines(result.out) == 62);
 }
 
 TEST_CASE("mmg-sim: restarted replays are predictions of particle 0 and member 0", "[cli]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string recording = folder / "rec.csv";
   REQUIRE(run_tool("mmg-sim random --ship vectwin-3m --duration-s 25 -o " + recording).exit_code == 0);
-  const ToolResult run = run_tool("mmg-sim replay --ship vectwin-3m --restart-steps 10 --prediction -o - " + recording);
-  CHECK(run.exit_code == 0);
-  CHECK_THAT(run.out, StartsWith("recording,sequence,step,t_s,particle,member,"));
-  CHECK_THAT(run.out, Contains("\nrec,0,0,0,0,0,") && Contains("\nrec,1,0,10,0,0,") && Contains("\nrec,1,9,19,0,0,"));
-  CHECK(lines(run.out) == 21);  // 26 points: two sequences of 10, a rest of 6
+  const Outcome result = run_tool("mmg-sim replay --ship vectwin-3m --restart-steps 10 --prediction -o - " + recording);
+  CHECK(result.exit_code == 0);
+  CHECK_THAT(result.out, StartsWith("recording,sequence,step,t_s,particle,member,"));
+  CHECK_THAT(result.out,
+             Contains("\nrec,0,0,0,0,0,") && Contains("\nrec,1,0,10,0,0,") && Contains("\nrec,1,9,19,0,0,"));
+  CHECK(lines(result.out) == 21);  // 26 points: two sequences of 10, a rest of 6
   CHECK(run_tool("mmg-sim replay --ship vectwin-3m --restart-steps 10 --prediction -o " + (folder / "p") + " " +
                  recording)
             .exit_code == 0);
-  CHECK(text_of(folder / "p/rec.csv") == run.out);
+  CHECK(read_text(folder / "p/rec.csv") == result.out);
 }
 
 TEST_CASE("mmg-sim: a dataset is the same for any number of threads, and lists what it wrote", "[cli]") {
-  const Folder folder;
+  const TemporaryFolder folder;
   REQUIRE(run_tool("mmg-sim dataset demo --jobs 1 -o " + (folder / "a")).exit_code == 0);
   REQUIRE(run_tool("mmg-sim dataset demo --jobs 3 -o " + (folder / "b")).exit_code == 0);
   CHECK(run_tool("diff -r " + (folder / "a") + " " + (folder / "b")).exit_code == 0);
-  CHECK_THAT(text_of(folder / "a/dataset.json"),
+  CHECK_THAT(read_text(folder / "a/dataset.json"),
              Contains("\"Test-ZT/test-zt-z10.csv\"") && Contains("\"Test-ZT/truth/test-zt-z10.csv\"") &&
                  Contains("\"configs/ships/vectwin-3m.json\"") && !Contains(folder / "a"));
-  CHECK(lines(text_of(folder / "a/Train/train-r-08.csv")) == 202);
+  CHECK(lines(read_text(folder / "a/Train/train-r-08.csv")) == 202);
   // A dataset and its sets stand for their recordings.
-  const ToolResult run = run_tool("mmg-sim replay --ship vectwin-3m --restart-steps 100 --prediction -o - " +
+  const Outcome result = run_tool("mmg-sim replay --ship vectwin-3m --restart-steps 100 --prediction -o - " +
                                   (folder / "a/dataset.json#Test-ZT"));
-  CHECK(run.exit_code == 0);
-  CHECK(lines(run.out) == 1 + 4 * 2 * 100);
+  CHECK(result.exit_code == 0);
+  CHECK(lines(result.out) == 1 + 4 * 2 * 100);
 }
 
 TEST_CASE("mmg-sim: a wrong command line is exit code 2 with one line and no output", "[cli]") {
@@ -101,32 +105,31 @@ TEST_CASE("mmg-sim: a wrong command line is exit code 2 with one line and no out
            {"random --ship vectwin-3m --noise loud", "no file 'loud'"},
            {"dataset demo", "give --output DIR"},
            {"replay --ship vectwin-3m --prediction a.csv", "belong together"}}) {
-    const ToolResult run = run_tool(fmt::format("mmg-sim {}", arguments));
-    CAPTURE(arguments, run.err);
-    CHECK(run.exit_code == 2);
-    CHECK(run.out.empty());
-    CHECK_THAT(run.err, StartsWith("mmg-sim: error: ") && Contains(message));
-    CHECK(lines(run.err) == 1);
+    const Outcome result = run_tool(fmt::format("mmg-sim {}", arguments));
+    CAPTURE(arguments, result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(result.out.empty());
+    CHECK_THAT(result.err, StartsWith("mmg-sim: error: ") && Contains(message));
+    CHECK(lines(result.err) == 1);
   }
 }
 
 TEST_CASE("mmg-sim: wrong contents are exit code 3, unwritable output is 4, divergence is 1", "[cli]") {
-  const Folder folder;
-  const std::string recording = write(folder / "r.csv", "t_s,u_mps,vm_mps,r_degps,psi_deg\n0,0.1,0,0,0\n1,0.1,0,0,0\n");
-  const ToolResult lacking = run_tool("mmg-sim replay --ship esso-osaka-3m " + recording);
+  const TemporaryFolder folder;
+  const std::string recording = folder.write("r.csv", "t_s,u_mps,vm_mps,r_degps,psi_deg\n0,0.1,0,0,0\n1,0.1,0,0,0\n");
+  const Outcome lacking = run_tool("mmg-sim replay --ship esso-osaka-3m " + recording);
   CHECK(lacking.exit_code == 3);
   CHECK_THAT(lacking.err, Contains("r.csv:1: no column 'delta_deg'"));
 
-  const std::string spec = write(folder / "s.json", R"({"ship": "vectwin-3m", "sets": [{"name": "A", "runs": [
+  const std::string spec = folder.write("s.json", R"({"ship": "vectwin-3m", "sets": [{"name": "A", "runs": [
       {"maneuver": "turning", "rudder_deg": 10, "duration_s": 20}, {"maneuver": "turning", "rudder_deg": 10, "duration_s": 30}]}]})");
-  const ToolResult twice = run_tool("mmg-sim dataset " + spec + " -o " + (folder / "d"));
+  const Outcome twice = run_tool("mmg-sim dataset " + spec + " -o " + (folder / "d"));
   CHECK(twice.exit_code == 3);
   CHECK_THAT(twice.err, Contains("/sets/0/runs: two recordings would be called 'a-t10'"));
 
   CHECK(run_tool("mmg-sim zigzag --ship vectwin-3m -o " + (folder / "no/such/file.csv")).exit_code == 4);
   CHECK(run_tool("mmg-sim zigzag --ship vectwin-3m -o /dev/full").exit_code == 4);
-  const ToolResult diverged =
-      run_tool("mmg-sim turning --ship vectwin-3m --dt-s 100 --sample-s 100 --duration-s 10000");
+  const Outcome diverged = run_tool("mmg-sim turning --ship vectwin-3m --dt-s 100 --sample-s 100 --duration-s 10000");
   CHECK(diverged.exit_code == 1);
   CHECK(diverged.out.empty());
   CHECK_THAT(diverged.err, Contains("diverged at"));

@@ -1,7 +1,6 @@
 #include "ensemble/prediction.hpp"
 
 #include <cmath>
-#include <filesystem>
 #include <set>
 
 #include <catch2/catch.hpp>
@@ -9,12 +8,12 @@
 #include "core/errors.hpp"
 #include "ensemble/ensemble_training.hpp"
 #include "ensemble/synthetic.hpp"
+#include "temporary_folder.hpp"
 
 using namespace leeway;
 using namespace leeway::ensemble;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -30,18 +29,14 @@ const Ensemble& trained() {
     config.members = 4;
     config.learning_rate = 3e-3;
     config.gradient_clip_norm = 1000.0;
-    const fs::path folder = fs::temp_directory_path() / "leeway-test-prediction";
-    fs::remove_all(folder);
-    fs::create_directories(folder);
+    const test::TemporaryFolder temporary;
+    const std::string folder = temporary.path().string();
     const TrainingData data =
         prepare_training_data({test::synthetic_recording(1, 130), test::synthetic_recording(2, 75)}, config);
     const EnsembleHeader header = make_header(data, 1, {});
-    write_header(folder.string(), header, io::Json::object());
-    train_ensemble(data, header, {folder.string(), {0, 1, 2, 3}, false, 100.0, 2}, nn::kernels(),
-                   [](int, int, double) {});
-    Ensemble result(folder.string(), 0, nn::kernels());
-    fs::remove_all(folder);
-    return result;
+    write_header(folder, header, io::Json::object());
+    train_ensemble(data, header, {folder, {0, 1, 2, 3}, false, 100.0, 2}, nn::kernels(), [](int, int, double) {});
+    return Ensemble(folder, 0, nn::kernels());
   }();
   return ensemble;
 }

@@ -9,6 +9,7 @@
 #include "ensemble/ensemble_training.hpp"
 #include "ensemble/synthetic.hpp"
 #include "io/files.hpp"
+#include "temporary_folder.hpp"
 
 using namespace leeway;
 using namespace leeway::ensemble;
@@ -36,15 +37,9 @@ TrainingData small_data(const TrainingConfig& config) {
   return prepare_training_data({test::synthetic_recording(1, 130), test::synthetic_recording(2, 75)}, config);
 }
 
-struct Folder {
-  fs::path path;
-  explicit Folder(const std::string& name) : path(fs::temp_directory_path() / ("leeway-test-" + name)) {
-    fs::remove_all(path);
-    fs::create_directories(path);
-  }
-  ~Folder() { fs::remove_all(path); }
-  std::string hash(const std::string& file) const { return io::sha256_of_file((path / file).string()); }
-};
+std::string hash(const test::TemporaryFolder& folder, const std::string& file) {
+  return io::sha256_of_file(folder / file);
+}
 
 void train_all(const TrainingData& data, const std::string& folder, std::vector<int> members, std::size_t jobs,
                bool resume = false) {
@@ -173,15 +168,15 @@ TEST_CASE("training: the loss falls, and members differ", "[ensemble]") {
 TEST_CASE("training: the same bytes with any number of jobs, member by member, and resumed", "[ensemble]") {
   const TrainingConfig config = small_config();
   const TrainingData data = small_data(config);
-  const Folder one("jobs-1"), two("jobs-2"), single("members"), resumed("resumed");
-  train_all(data, one.path.string(), {0, 1, 2}, 1);
-  train_all(data, two.path.string(), {0, 1, 2}, 2);
-  train_all(data, single.path.string(), {2}, 1);
-  train_all(data, single.path.string(), {0}, 1);
+  const test::TemporaryFolder one, two, single, resumed;
+  train_all(data, one.path().string(), {0, 1, 2}, 1);
+  train_all(data, two.path().string(), {0, 1, 2}, 2);
+  train_all(data, single.path().string(), {2}, 1);
+  train_all(data, single.path().string(), {0}, 1);
   for (const char* file : {"member-00.json", "member-01.json", "member-02.json"})
-    CHECK(one.hash(file) == two.hash(file));
-  CHECK(one.hash("member-02.json") == single.hash("member-02.json"));
-  CHECK(one.hash("member-00.json") == single.hash("member-00.json"));
+    CHECK(hash(one, file) == hash(two, file));
+  CHECK(hash(one, "member-02.json") == hash(single, "member-02.json"));
+  CHECK(hash(one, "member-00.json") == hash(single, "member-00.json"));
 
   // Stop after three epochs as a killed run would leave it: its last checkpoint.
   const EnsembleHeader header = make_header(data, 1, {});
@@ -191,35 +186,35 @@ TEST_CASE("training: the same bytes with any number of jobs, member by member, a
     CHECK_THROWS_AS(train(data, 1, nn::kernels(), state,
                           [&](const TrainingState& now) {
                             if (now.epochs_done < 3) return;
-                            write_checkpoint(resumed.path.string(), now, header);
+                            write_checkpoint(resumed.path().string(), now, header);
                             throw Stop{};
                           }),
                     Stop);
   }
-  train_all(data, resumed.path.string(), {0, 1, 2}, 1, true);
+  train_all(data, resumed.path().string(), {0, 1, 2}, 1, true);
   for (const char* file : {"member-00.json", "member-01.json", "member-02.json"})
-    CHECK(one.hash(file) == resumed.hash(file));
-  CHECK(!fs::exists(checkpoint_path(resumed.path.string(), 0)));
+    CHECK(hash(one, file) == hash(resumed, file));
+  CHECK(!fs::exists(checkpoint_path(resumed.path().string(), 0)));
 }
 
 TEST_CASE("model files: weights read back to the same bits, and another training's files are refused", "[ensemble]") {
   const TrainingData data = small_data(small_config());
-  const Folder folder("files");
+  const test::TemporaryFolder folder;
   const EnsembleHeader header = make_header(data, 1, {});
-  write_header(folder.path.string(), header, io::Json::object());
+  write_header(folder.path().string(), header, io::Json::object());
   TrainingState state = initial_training_state(data, 1, 0, nn::kernels());
   state.member.training_curve = {1.5F, 0.1F};
-  write_member(folder.path.string(), state.member, header);
-  const EnsembleHeader read = *read_header(folder.path.string());
+  write_member(folder.path().string(), state.member, header);
+  const EnsembleHeader read = *read_header(folder.path().string());
   CHECK(read.training_id == header.training_id);
   CHECK(make_header({read.config, read.inputs, {}, {}, {}}, read.seed, {}).training_id == header.training_id);
-  const Member member = read_member(folder.path.string(), 0, read);
+  const Member member = read_member(folder.path().string(), 0, read);
   CHECK(member.parameters == state.member.parameters);
   CHECK(member.output_mean == state.member.output_mean);
   CHECK(member.output_sd == state.member.output_sd);
   CHECK(member.training_curve == state.member.training_curve);
   const EnsembleHeader other = make_header(data, 2, {});
-  CHECK_THROWS_WITH(read_member(folder.path.string(), 0, other), Contains("another training"));
+  CHECK_THROWS_WITH(read_member(folder.path().string(), 0, other), Contains("another training"));
 }
 
 TEST_CASE("training: a diverging loss is an error that says what to lower", "[ensemble]") {
