@@ -13,13 +13,24 @@
 namespace leeway::control {
 namespace {
 
-constexpr double kSample_s = 1.0;  // of the runs that are kept
+constexpr double kSample_s = 1.0;   // of the runs that are kept
+constexpr long kMostGains = 10000;  // in one range
+
+long whole_steps(const char* name, double time_s, double dt_s) {
+  const double ratio = time_s / dt_s;
+  if (ratio < 0.5 || ratio > 1e9 || std::abs(ratio - std::round(ratio)) > 1e-6)
+    throw UsageError(fmt::format("{} must be a multiple of --dt-s, but {} s is not one of {} s", name, time_s, dt_s));
+  return std::lround(ratio);
+}
 
 // The closed loop of many gain pairs side by side, without the motion: commands, actuators, score, samples.
 class Lanes {
  public:
   Lanes(const Ship& ship, const std::vector<PdGains>& gains, const HeadingTask& task, bool keep_runs)
-      : ship_(ship), gains_(gains), task_(task), every_(static_cast<long>(std::lround(kSample_s / task.dt_s))) {
+      : ship_(ship),
+        gains_(gains),
+        task_(task),
+        every_(keep_runs ? whole_steps("the samples of --trajectories", kSample_s, task.dt_s) : 1) {
     actuators_.assign(gains.size(), start_actuators(ship));
     scores.assign(gains.size(), 0.0);
     if (keep_runs) runs.resize(gains.size());
@@ -115,7 +126,7 @@ std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& en
     if (ship.find_actuator(channel) == nullptr)
       throw UsageError(
           fmt::format("the ensemble needs '{}', which the ship {} does not have", column_name(channel), ship.name));
-  const long steps = std::lround(task.duration_s / task.dt_s);
+  const long steps = whole_steps("--duration-s", task.duration_s, task.dt_s);
   const std::size_t members = static_cast<std::size_t>(ensemble.members());
 
   // The true ship by gain pair, then the networks by member with the gain pairs as lanes.
@@ -127,8 +138,8 @@ std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& en
   });
 
   RandomStream random(seed, "particles of the gain sweep");
-  std::vector<double> share(members, 0.0);
-  for (int p = 0; p < particles; ++p) share[random.below(members)] += 1.0 / particles;
+  std::vector<int> drawn(members, 0);  // particles of each member
+  for (int p = 0; p < particles; ++p) ++drawn[random.below(members)];
 
   std::vector<SweepResult> results(gains.size());
   for (std::size_t i = 0; i < gains.size(); ++i) {
@@ -141,11 +152,14 @@ std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& en
       const double score = member_lanes[m].scores[i];
       result.score_members.push_back(score);
       if (keep_runs) result.runs.push_back(std::move(member_lanes[m].runs[i]));
-      if (share[m] == 0.0) continue;  // no particle drew this member
-      result.score_mean += share[m] * score;
+      if (drawn[m] == 0) continue;
       result.score_worst = std::max(result.score_worst, score);
       result.score_best = std::min(result.score_best, score);
     }
+    // From the best one up, so that rounding cannot put the mean of equal scores beside them.
+    result.score_mean = result.score_best;
+    for (std::size_t m = 0; m < members; ++m)
+      result.score_mean += drawn[m] * (result.score_members[m] - result.score_best) / particles;
   }
   return results;
 }
@@ -166,7 +180,9 @@ std::vector<double> parse_gain_range(const std::string& option, const std::strin
   }
   if (separator == ',') return numbers;
   if (numbers.size() != 3 || numbers[2] <= 0.0 || numbers[1] < numbers[0]) throw fail();
-  const auto count = static_cast<std::size_t>((numbers[1] - numbers[0]) / numbers[2] + 1e-9) + 1;
+  const double steps = (numbers[1] - numbers[0]) / numbers[2] + 1e-9;
+  if (steps >= kMostGains) throw UsageError(fmt::format("{}: '{}' has more than {} values", option, text, kMostGains));
+  const auto count = static_cast<std::size_t>(steps) + 1;
   std::vector<double> values;
   for (std::size_t i = 0; i < count; ++i) values.push_back(numbers[0] + static_cast<double>(i) * numbers[2]);
   return values;

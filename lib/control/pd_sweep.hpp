@@ -47,8 +47,8 @@ struct SweepResult {
 /// Judges heading controllers by the true ship and by the particles of an ensemble (TS-infinity: each particle keeps
 /// its member; the same particles for all gains).
 ///   L_PD = integral over the task of |psi - psi_bar| + |r| dt, psi and r in rad and rad/s (trapezoidal)
-/// Throws UsageError if the ensemble's actuators are not those of the ship, NumericalError if a run is no finite
-/// number.
+/// Throws UsageError if the ensemble's actuators are not those of the ship or if the duration (and, where runs are
+/// kept, 1 s) is no multiple of the time step; NumericalError if a run is no finite number.
 std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& ensemble,
                                   const std::vector<PdGains>& gains, const HeadingTask& task, int particles,
                                   std::uint64_t seed, std::size_t jobs, bool keep_runs);
