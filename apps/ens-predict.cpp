@@ -31,7 +31,9 @@ void add_options(CLI::App& app, Options& o) {
                  "MODEL_DIR, then test trajectories: CSV files, dataset.json or dataset.json#SET (with --baseline the "
                  "trajectories alone)")
       ->required();
-  app.add_option("--particles", o.particles, "particles")->check(cli::at_least(1))->capture_default_str();
+  app.add_option("--particles", o.particles, "particles of each sequence")
+      ->check(cli::at_least(1))
+      ->capture_default_str();
   app.add_option("--steps", o.steps, "points K of a sequence, K - 1 steps (default: those of the training)")
       ->check(cli::at_least(2));
   app.add_option("--sampling", o.sampling, "ts-inf: a particle keeps its member; ts1: it draws one at every step")
@@ -83,6 +85,7 @@ int main(int argc, char** argv) try {
   if (o.baseline.empty()) {
     model.emplace(o.arguments.front(), o.use_members, nn::kernels(o.kernel));
     o.arguments.erase(o.arguments.begin());
+    cli::warn_all(model->notices());
   }
   std::vector<std::string> paths;
   for (const io::RecordingFile& file : io::expand_recordings(o.arguments))

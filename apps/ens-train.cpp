@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include "cli/options.hpp"
@@ -29,7 +30,9 @@ struct Options {
 void add_options(CLI::App& app, Options& o) {
   app.add_option("recordings", o.recordings, "training trajectories: CSV files, dataset.json or dataset.json#SET")
       ->required();
-  app.add_option("--config", o.config, "training config: a JSON file or the name of a shipped one")
+  app.add_option("--config", o.config,
+                 fmt::format("training config: a JSON file or the name of a shipped one ({})",
+                             fmt::join(io::config_names("train"), ", ")))
       ->capture_default_str();
   app.add_option("--members", o.members, "members of the ensemble (default: the config's)")->check(cli::at_least(1));
   app.add_option("--epochs", o.epochs, "passes over the data (default: the config's)")->check(cli::at_least(1));
@@ -80,6 +83,8 @@ int main(int argc, char** argv) try {
                "ens-train"};
   add_options(app, o);
   if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
+
+  if (o.output == "-") throw UsageError("--output: a model directory cannot be '-'");
 
   ensemble::TrainingConfig config = ensemble::read_training_config(o.config);
   if (o.members > 0) config.members = o.members;

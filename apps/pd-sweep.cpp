@@ -64,6 +64,7 @@ int main(int argc, char** argv) try {
     for (const double kd : control::parse_gain_range("--kd", o.kd)) gains.push_back({kp, kd});
   const Ship ship = read_ship(o.ship);
   const ensemble::Ensemble model(o.model, o.use_members, nn::kernels(o.kernel));
+  cli::warn_all(model.notices());
   const std::vector<control::SweepResult> results =
       control::pd_sweep(ship, model, gains, o.task, o.particles, o.common.seed, o.common.jobs, !o.trajectories.empty());
   if (!o.trajectories.empty()) {

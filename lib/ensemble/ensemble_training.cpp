@@ -15,8 +15,13 @@ std::vector<std::string> train_ensemble(const TrainingData& data, const Ensemble
   std::vector<std::string> notices(training.members.size());
   parallel_for(training.members.size(), training.jobs, [&](std::size_t i) {
     const int number = training.members[i];
+    remove_unfinished(training.folder, number);
     if (training.resume && member_exists(training.folder, number)) {
       const Member done = read_member(training.folder, number, header);
+      if (done.kernel != kernels.name)
+        notices[i] = fmt::format(
+            "member {} is kept as kernel '{}' trained it; kernel '{}' of this run would give other last digits", number,
+            done.kernel, kernels.name);
       progress(number, header.config.epochs, done.training_curve.back());
       return;
     }

@@ -1,7 +1,9 @@
 #include "ensemble/model_files.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <initializer_list>
 
 #include <fmt/format.h>
 
@@ -168,9 +170,13 @@ std::optional<EnsembleHeader> read_header(const std::string& folder, bool option
   if (file.text("format") != "leeway ensemble 1") file.fail("format", "expected \"leeway ensemble 1\"");
   h.training_id = file.text("training_id");
   const io::JsonObject training = file.object("training");
-  h.seed = training.value("seed").get<std::uint64_t>();
+  const io::Json& seed = training.value("seed");  // up to 2^64 - 1, which no other number here needs
+  if (!seed.is_number_unsigned())
+    training.fail("seed", fmt::format("expected a whole number >= 0, got {}", seed.dump()));
+  h.seed = seed.get<std::uint64_t>();
   h.config = training_config_from(training.object("config"));
   h.config.members = static_cast<int>(file.texts("members").size());
+  if (h.config.members == 0) file.fail("members", "expected at least one member");
   for (const std::string& name : training.texts("actuators"))
     h.inputs.actuators.push_back(channel_from(training, "actuators", name));
   h.inputs.wind = training.flag_or("wind", false);
@@ -230,6 +236,8 @@ Member read_member(const std::string& folder, int number, const EnsembleHeader& 
     member.kernel = json.at("kernel").get<std::string>();
     member.output_mean = exact_from(json.at("output_mean"));
     member.output_sd = exact_from(json.at("output_sd"));
+    for (const double sd : member.output_sd)
+      if (!(sd > 0.0)) throw std::out_of_range("output_sd is not > 0");
     member.dynamics = dynamics_shape(header.inputs, header.config);
     member.initial_state = initial_state_shape(header.inputs, header.config);
     network_from_json(json.at("dynamics"), member.dynamics, member.parameters);
@@ -289,13 +297,25 @@ void remove_checkpoint(const std::string& folder, int number) {
   fs::remove(checkpoint_path(folder, number), error);
 }
 
-void remove_members(const std::string& folder) {
+namespace {
+
+void remove_files(const std::string& folder, const std::string& prefix, std::initializer_list<const char*> endings) {
   std::error_code error;
+  std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with("member-") && (name.ends_with(".json") || name.ends_with(".checkpoint")))
-      fs::remove(entry.path(), error);
+    const auto ends = [&](const char* ending) { return name.ends_with(ending); };
+    if (name.starts_with(prefix) && std::any_of(endings.begin(), endings.end(), ends)) found.push_back(entry.path());
   }
+  for (const fs::path& path : found) fs::remove(path, error);
+}
+
+}  // namespace
+
+void remove_members(const std::string& folder) { remove_files(folder, "member-", {".json", ".checkpoint", ".tmp"}); }
+
+void remove_unfinished(const std::string& folder, int number) {
+  remove_files(folder, fmt::format("member-{:02}.", number), {".tmp"});
 }
 
 }  // namespace leeway::ensemble

@@ -42,5 +42,7 @@ void remove_checkpoint(const std::string& folder, int number);
 
 /// Removes the members and checkpoints of an earlier training.
 void remove_members(const std::string& folder);
+/// Removes what a killed training left of a member's files half written.
+void remove_unfinished(const std::string& folder, int number);
 
 }  // namespace leeway::ensemble

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/errors.hpp"
 #include "core/wind.hpp"
@@ -45,6 +47,15 @@ Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels
     members_.push_back(read_member(folder, k, header_));
     constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, members_.back()));
   }
+}
+
+std::vector<std::string> Ensemble::notices() const {
+  std::set<std::string> names;
+  for (const Member& member : members_) names.insert(member.kernel);
+  if (names.size() < 2) return {};
+  return {fmt::format(
+      "the members were trained on different kernels ({}): a training on one of them gives others in the last digits",
+      fmt::join(names, ", "))};
 }
 
 EnsembleEvaluator::EnsembleEvaluator(const Ensemble& ensemble) : ensemble_(&ensemble), workspace_(ensemble.kernels()) {}

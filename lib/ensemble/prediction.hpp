@@ -23,6 +23,8 @@ class Ensemble {
   int members() const { return static_cast<int>(members_.size()); }
   const Member& member(int number) const { return members_[static_cast<std::size_t>(number)]; }
   const nn::Kernels<float>& kernels() const { return *kernels_; }
+  /// What the user should know: members that were trained on different kernels.
+  std::vector<std::string> notices() const;
   const RolloutConstants<float>& constants(int member) const { return *constants_[static_cast<std::size_t>(member)]; }
 
  private:

@@ -90,9 +90,9 @@ void train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
                                                     member.parameters.data(), gradient.data());
       if (!std::isfinite(loss))
         throw NumericalError(
-            fmt::format("member {}: the loss is {} in epoch {}: training diverged. Lower learning_rate (now {}) or set "
-                        "gradient_clip_norm (now {})",
-                        member.number, loss, state.epochs_done + 1, config.learning_rate, config.gradient_clip_norm));
+            fmt::format("member {}: the loss is no finite number in epoch {}: training diverged. Lower learning_rate "
+                        "(now {}) or set gradient_clip_norm (now {})",
+                        member.number, state.epochs_done + 1, config.learning_rate, config.gradient_clip_norm));
       if (config.gradient_clip_norm > 0.0) clip(gradient, config.gradient_clip_norm);
       nn::AdamSettings adam;
       adam.learning_rate = learning_rate(
