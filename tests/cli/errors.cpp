@@ -27,6 +27,7 @@ struct Reader {
 // Reads rec.csv, a trajectory.
 const std::vector<Reader> kTrajectoryReaders{
     {"eval-metrics", "eval-metrics good-prediction.csv --truth rec.csv"},
+    {"ens-predict", "ens-predict --baseline hold rec.csv --steps 2"},
 };
 // Reads pred.csv, a prediction.
 const std::vector<Reader> kPredictionReaders{
@@ -36,10 +37,12 @@ const std::vector<Reader> kPredictionReaders{
 // Reads map.json, a columns map.
 const std::vector<Reader> kColumnsReaders{
     {"eval-metrics", "eval-metrics good-prediction.csv --truth good/rec.csv --columns map.json"},
+    {"ens-predict", "ens-predict --baseline hold good/rec.csv --steps 2 --columns map.json"},
 };
 // Reads dataset.json, whose recording is good/rec.csv.
 const std::vector<Reader> kDatasetReaders{
     {"eval-metrics", "eval-metrics good-prediction.csv --truth dataset.json"},
+    {"ens-predict", "ens-predict --baseline hold dataset.json --steps 2"},
 };
 // Writes a result to the file (or '-') that is appended.
 const std::vector<Reader> kWriters{

@@ -1,0 +1,467 @@
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+
+#include "io/json.hpp"
+#include "run.hpp"
+
+using namespace leeway;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+using test::Outcome;
+using test::run;
+using test::TemporaryFolder;
+
+namespace {
+
+const std::string kSpec = R"({"ship": "vectwin-3m", "noise": "paper-model-scale", "sets": [
+  {"name": "train", "runs": [{"maneuver": "random", "count": 2, "duration_s": 50, "wind": {"speed_mps": [0.5, 1]}}]},
+  {"name": "test", "runs": [{"maneuver": "random", "duration_s": 45, "wind": {"speed_mps": 0.7, "dir_deg": 40}},
+                            {"maneuver": "turning", "rudder_deg": 20, "duration_s": 45}]}]})";
+
+std::string config(int epochs, const std::string& more = "") {
+  return fmt::format(
+      R"({{"hidden_units": 8, "hidden_layers": 2, "steps": 20, "initial_state_steps": 5, "batch_size": 2,
+          "epochs": {}, "members": 4, "learning_rate": 1e-3{}}})",
+      epochs, more);
+}
+
+const std::string kTrain = "ens-train data/dataset.json#train --quiet --config ";
+
+Outcome done(const TemporaryFolder& folder, const std::string& command) {
+  const Outcome outcome = run(folder, command);
+  CAPTURE(command, outcome.err);
+  REQUIRE(outcome.exit_code == 0);
+  return outcome;
+}
+
+// Recordings of a ship in data/, and tiny.json to train on them.
+void prepare(const TemporaryFolder& folder) {
+  folder.write("spec.json", kSpec);
+  folder.write("tiny.json", config(6));
+  done(folder, "mmg-sim dataset spec.json -o data --quiet");
+}
+
+void prepare_model(const TemporaryFolder& folder) {
+  prepare(folder);
+  done(folder, kTrain + "tiny.json -o model");
+}
+
+// One line that names the program, and nothing on the standard output.
+void check_refused(const TemporaryFolder& folder, const std::string& command, int exit_code,
+                   const std::string& message) {
+  const Outcome outcome = run(folder, command + " --quiet");
+  CAPTURE(command, outcome.err);
+  CHECK(outcome.exit_code == exit_code);
+  CHECK(outcome.out.empty());
+  CHECK_THAT(outcome.err, StartsWith(command.substr(0, command.find(' ')) + ": error: "));
+  CHECK_THAT(outcome.err, Contains(message));
+  CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+}
+
+std::map<std::string, std::string> files_of(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    files[entry.path().filename().string()] = io::read_text(entry.path().string());
+  return files;
+}
+
+// Fields of a CSV without quotation marks, one row after the other; the first is the header.
+std::vector<std::vector<std::string>> rows_of(const std::string& text) {
+  std::vector<std::vector<std::string>> rows;
+  std::string field;
+  bool line_begins = true;
+  for (const char c : text) {
+    if (line_begins) rows.emplace_back();
+    line_begins = c == '\n';
+    if (c == ',' || c == '\n') {
+      rows.back().push_back(field);
+      field.clear();
+    } else {
+      field += c;
+    }
+  }
+  return rows;
+}
+
+std::size_t column(const std::vector<std::string>& header, const std::string& name) {
+  const auto at = std::find(header.begin(), header.end(), name);
+  REQUIRE(at != header.end());
+  return static_cast<std::size_t>(at - header.begin());
+}
+
+void replace(const std::string& file, const std::string& what, const std::string& with) {
+  std::string text = io::read_text(file);
+  const std::size_t at = text.find(what);
+  REQUIRE(at != std::string::npos);
+  io::write_text(file, text.replace(at, what.size(), with));
+}
+
+}  // namespace
+
+TEST_CASE("ens: from maneuvers to scores, through a folder and through a pipe", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  const Outcome through_folder =
+      done(folder,
+           "ens-predict model 'data/dataset.json#test' --particles 30 -o prediction && eval-metrics prediction "
+           "--truth data/dataset.json");
+  CHECK_THAT(through_folder.err, Contains("ens-predict: info: prediction: 4 sequences; 12 of 92 s"));
+  const Outcome through_pipe =
+      done(folder,
+           "ens-predict model 'data/dataset.json#test' --particles 30 --jobs 1 -o - | eval-metrics - --truth "
+           "data/dataset.json");
+  const io::Json a = io::parse_json(through_folder.out, "stdout"), b = io::parse_json(through_pipe.out, "stdout");
+  CHECK(a["datasets"] == b["datasets"]);
+  CHECK(a["overall"] == b["overall"]);
+  CHECK(a["overall"]["sequences"] == 4);
+  CHECK(a["overall"]["members"] == 4);
+  CHECK(a["overall"]["sampling"] == "ts-inf");
+  CHECK(a["overall"]["L_maha"].is_number());
+  CHECK(files_of(folder / "prediction").size() == 3);
+  const io::Json about = io::parse_json(io::read_text(folder / "prediction/prediction.json"), "prediction.json");
+  CHECK(about["particles_out_of_bounds"] == 0);
+  CHECK(about["provenance"]["inputs"].size() == 2);
+}
+
+TEST_CASE("ens-train: the same bytes with one thread or two, and member by member", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  done(folder, kTrain + "tiny.json -o one --jobs 1");
+  done(folder, kTrain + "tiny.json -o two --jobs 2");
+  for (const int member : {2, 0, 3, 1}) done(folder, kTrain + fmt::format("tiny.json -o single --member {}", member));
+  const auto one = files_of(folder / "one");
+  CHECK(one.size() == 5);
+  CHECK(one.contains("ensemble.json"));
+  CHECK(one.contains("member-03.json"));
+  CHECK(one == files_of(folder / "two"));
+  CHECK(one == files_of(folder / "single"));
+  done(folder, kTrain + "tiny.json -o another --seed 2");
+  CHECK(one.at("member-00.json") != files_of(folder / "another").at("member-00.json"));
+  // A member that exists is kept; more members can be added later, and do not change those before them.
+  done(folder, kTrain + "tiny.json -o two --members 5 --resume");
+  auto five = files_of(folder / "two");
+  CHECK(five.size() == 6);
+  for (const std::string name : {"member-00.json", "member-03.json"}) CHECK(five.at(name) == one.at(name));
+}
+
+TEST_CASE("ens-train: killed at any moment, it goes on to the same bytes", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  folder.write("long.json", config(60, R"(, "learning_rate_schedule": "cosine")"));
+  const std::string train = kTrain + "long.json --checkpoint-s 0 --jobs 2 -o ";
+  done(folder, train + "undisturbed");
+  bool interrupted = false;
+  for (const std::string after : {"0.01", "0.03", "0.06", "0.1", "0.15"}) {
+    const Outcome killed =
+        run(folder, train + "killed --resume & pid=$!; sleep " + after + "; kill -9 $pid; wait $pid; echo $?");
+    if (killed.out == "137\n") interrupted = true;
+    if (!std::filesystem::exists(folder / "killed")) continue;
+    for (const auto& [name, text] : files_of(folder / "killed"))
+      if (name.ends_with(".json")) CHECK(io::parse_json(text, name).is_object());
+  }
+  CHECK(interrupted);
+  std::filesystem::create_directories(folder / "killed");
+  folder.write("killed/member-01.json.4711.tmp", "half a");
+  folder.write("killed/member-02.checkpoint.4712.tmp", "");
+  done(folder, train + "killed --resume");
+  const auto expected = files_of(folder / "undisturbed");
+  auto found = files_of(folder / "killed");
+  std::erase_if(found, [](const auto& file) { return file.first.starts_with("ensemble.json."); });
+  CHECK(expected.size() == 5);
+  CHECK(found == expected);
+}
+
+TEST_CASE("ens-train: a checkpoint of any epoch goes on to the same bytes", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  done(folder, kTrain + "tiny.json --members 1 -o whole");
+  // The kill comes as soon as there is a checkpoint: training has begun and not ended.
+  const Outcome killed =
+      run(folder, kTrain +
+                      "tiny.json --epochs 100000 --members 1 --checkpoint-s 0 -o part & pid=$!\n"
+                      "until test -e part/member-00.checkpoint; do sleep 0.01; done\nkill -9 $pid; wait $pid; echo $?");
+  CHECK(killed.out == "137\n");
+  CHECK_FALSE(std::filesystem::exists(folder / "part/member-00.json"));
+  check_refused(folder, "ens-predict part 'data/dataset.json#test'", 4, "part/member-00.json: is not trained yet");
+  // Another number of epochs is another training.
+  check_refused(folder, kTrain + "tiny.json --members 1 -o part --resume", 2, "holds an ensemble of other data");
+  // Without --resume the folder begins anew.
+  done(folder, kTrain + "tiny.json --members 1 -o part");
+  auto begun_anew = files_of(folder / "part");
+  std::erase_if(begun_anew, [](const auto& file) { return file.first.starts_with("ensemble.json."); });
+  CHECK(begun_anew == files_of(folder / "whole"));
+}
+
+TEST_CASE("ens-train: files of another training are refused", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  done(folder, kTrain + "tiny.json -o other --seed 7");
+  for (const std::string settings : {"--seed 3", "--epochs 7", "--no-initial-state-net"}) {
+    check_refused(folder, kTrain + "tiny.json -o model --resume " + settings, 2, "model holds an ensemble of other");
+    check_refused(folder, kTrain + "tiny.json -o model --member 1 " + settings, 2, "model holds an ensemble of other");
+  }
+  check_refused(folder, "ens-train data/train/train-r-01.csv --config tiny.json -o model --resume", 2,
+                "model holds an ensemble of other");
+  std::filesystem::copy_file(folder / "other/member-02.json", folder / "model/member-02.json",
+                             std::filesystem::copy_options::overwrite_existing);
+  check_refused(folder, "ens-predict model 'data/dataset.json#test'", 3,
+                "model/member-02.json: belongs to another training");
+  check_refused(folder, kTrain + "tiny.json -o model --resume", 3, "model/member-02.json: belongs to another training");
+  done(folder, "ens-predict model 'data/dataset.json#test' --use-members 2");
+}
+
+TEST_CASE("ens-train: data that cannot train anything end with 3", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  const std::string header = "t_s,u_mps,vm_mps,r_degps,psi_deg,delta_deg\n";
+  const auto refused = [&](const std::string& rows, const std::string& message) {
+    folder.write("rec.csv", header + rows);
+    check_refused(folder, "ens-train rec.csv --config tiny.json -o model", 3, message);
+    CHECK_FALSE(std::filesystem::exists(folder / "model"));
+  };
+  refused("0,1,0,0,0,0\n0.4,1.1,0.1,0.1,0,5\n", "rec.csv: too little data: no stretch of two points 1 s apart");
+  std::string still, straight, varied;
+  for (int k = 0; k < 30; ++k) {
+    still += fmt::format("{},{},{},{},0,5\n", k, 1 + 0.01 * k * k, 0.1 * (k % 3), 0.2 * (k * k % 7));
+    straight += fmt::format("{},{},0,{},0,{}\n", k, 1 + 0.01 * k * k, 0.2 * (k * k % 7), k % 5);
+    if (k < 4) varied += fmt::format("{},{},{},{},0,{}\n", k, 1 + 0.01 * k * k, 0.1 * (k % 3), 0.2 * (k * k % 7), k);
+  }
+  refused(still, "rec.csv: no actuator column varies and there is no wind");
+  refused(straight, "rec.csv: 'vm_mps' never varies in the training data");
+  refused(varied, "rec.csv: too little data: no stretch has the 5 points of 1 s that the initial-state network sees");
+  check_refused(folder, "ens-train data/train/train-r-01.csv rec.csv --config tiny.json -o model", 3,
+                "data/train/train-r-01.csv:1: no column 'delta_deg', which is needed here");
+  // A recording shorter than a window trains with the length that it has.
+  folder.write("rec.csv", header + varied);
+  done(folder, "ens-train rec.csv --config tiny.json --no-initial-state-net --epochs 1 --members 1 -o model");
+}
+
+TEST_CASE("ens-train: a loss that diverges ends with 1 and leaves no member", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  replace(folder / "tiny.json", "1e-3", "1e37");
+  check_refused(folder, kTrain + "tiny.json -o model --jobs 2", 1,
+                "the loss is no finite number in epoch 1: training diverged. Lower learning_rate (now 1e+37)");
+  CHECK(files_of(folder / "model").size() == 1);
+}
+
+TEST_CASE("ens-train: a config that is wrong ends with 3 and points to the place", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  const auto refused = [&](const std::string& keys, const std::string& message) {
+    folder.write("wrong.json", keys);
+    check_refused(folder, kTrain + "wrong.json -o model", 3, "wrong.json: " + message);
+  };
+  refused(R"({"epocs": 5})", "/epocs: unknown key; known here: ");
+  refused(R"({"epochs": "many"})", "/epochs: expected a whole number from 1");
+  refused(R"({"epochs": 2.5})", "/epochs: expected a whole number from 1");
+  refused(R"({"time_step_s": 0})", "/time_step_s: expected a number > 0, got 0");
+  refused(R"({"steps": 1})", "/steps: expected a whole number from 2");
+  refused(R"({"sigma": {"u": 1}})", "/sigma/u: unknown key");
+  refused(R"({"sigma": 0.1})", "/sigma: expected an object, got 0.1");
+  refused(R"({"activation": "relu"})", "/activation: ");
+  refused(R"({"initial_state_net": "yes"})", "/initial_state_net: expected true or false");
+  check_refused(folder, kTrain + "none-such -o model", 2, "shipped: demo, full-scale, model-scale");
+  check_refused(folder, kTrain + "none-such.json -o model", 4, "none-such.json: cannot be opened");
+  CHECK_FALSE(std::filesystem::exists(folder / "model"));
+}
+
+TEST_CASE("ens-train: a wrong command line ends with 2, a folder that cannot be written with 4", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  check_refused(folder, "ens-train data/dataset.json", 2, "--output is required");
+  check_refused(folder, kTrain + "tiny.json -o -", 2, "--output: a model directory cannot be '-'");
+  check_refused(folder, kTrain + "tiny.json -o model --member 4", 2, "--member 4: expected 0 to 3, one of the 4");
+  check_refused(folder, kTrain + "tiny.json -o model --epochs 0", 2, "--epochs");
+  check_refused(folder, kTrain + "tiny.json -o model --kernel mmx", 2, "kernel 'mmx' is unknown");
+  check_refused(folder, "ens-train 'data/dataset.json#tarin' --config tiny.json -o model", 3,
+                "data/dataset.json: no set 'tarin'; sets: train, test");
+  check_refused(folder, "ens-train rec.csv --config tiny.json -o model", 4, "rec.csv: cannot be opened");
+  check_refused(folder, kTrain + "tiny.json -o spec.json", 4, "spec.json: cannot be created");
+  check_refused(folder, kTrain + "tiny.json -o /dev/full", 4, "/dev/full: cannot be created");
+  CHECK_FALSE(std::filesystem::exists(folder / "model"));
+}
+
+TEST_CASE("ens-train: members of different kernels are used with a warning", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  replace(folder / "model/member-01.json", "\"kernel\":\"", "\"kernel\":\"an older ");
+  const Outcome trained =
+      done(folder, "ens-train 'data/dataset.json#train' --config tiny.json -o model --resume 2>&1 >/dev/null");
+  CHECK_THAT(trained.out + trained.err, Contains("warning: member 1 is kept as kernel 'an older "));
+  const Outcome predicted = done(folder, "ens-predict model 'data/dataset.json#test' --particles 1");
+  CHECK_THAT(predicted.err, Contains("warning: the members were trained on different kernels (an older "));
+}
+
+TEST_CASE("ens-predict: rows are sequences x steps x particles, and say which member moved the particle",
+          "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  const std::string predict =
+      "ens-predict model 'data/dataset.json#test' --quiet --steps 15 --particles 12 --sampling ";
+  const auto check_rows = [&](const std::string& sampling, bool varies) {
+    CAPTURE(sampling);
+    const std::string text = done(folder, predict + sampling).out;
+    CHECK(text == done(folder, predict + sampling + " --jobs 1").out);
+    CHECK(text != done(folder, predict + sampling + " --seed 2").out);
+    const auto rows = rows_of(text);
+    CHECK(rows.size() == 1 + 2 * 3 * 15 * 12);
+    const std::size_t particle = column(rows[0], "particle"), member = column(rows[0], "member");
+    std::map<std::vector<std::string>, std::set<std::string>> members;  // of recording, sequence, particle
+    std::set<std::string> all;
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      members[{rows[i][0], rows[i][1], rows[i][particle]}].insert(rows[i][member]);
+      all.insert(rows[i][member]);
+    }
+    CHECK(members.size() == 2 * 3 * 12);
+    CHECK(all == std::set<std::string>{"0", "1", "2", "3"});
+    const auto changes = [](const auto& entry) { return entry.second.size() > 1; };
+    CHECK(std::any_of(members.begin(), members.end(), changes) == varies);
+  };
+  check_rows("ts-inf", false);
+  check_rows("ts1", true);
+  CHECK(rows_of(done(folder, predict + "ts1 --use-members 1").out).size() == 1 + 2 * 3 * 15 * 12);
+}
+
+TEST_CASE("ens-predict: the fitted rollout has one particle for each member and covers every point", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  const Outcome fitted = done(folder,
+                              "ens-predict model 'data/dataset.json#train' --fitted -o fitted && eval-metrics fitted "
+                              "--truth data/dataset.json --quiet");
+  const io::Json metrics = io::parse_json(fitted.out, "stdout")["overall"];
+  CHECK(metrics["sequences"] == 6);  // 51 points in windows of 20: the last one overlaps its neighbor
+  CHECK(metrics["particles"] == 4);
+  CHECK(metrics["sampling"] == "fitted");
+  CHECK(metrics["L_fit"].is_number());
+  const auto rows = rows_of(done(folder, "ens-predict model data/train/train-r-01.csv --fitted --quiet").out);
+  CHECK(rows.size() == 1 + 3 * 20 * 4);
+  const std::size_t u = column(rows[0], "u_mps");
+  CHECK(rows[1][u] != rows[2][u]);  // each member has its own estimate of the initial state
+}
+
+TEST_CASE("ens-predict: the baseline holds the initial velocity", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  const auto rows = rows_of(done(folder, "ens-predict --baseline hold data/test/test-t20.csv --steps 20 --quiet").out);
+  REQUIRE(rows.size() == 1 + 2 * 20);
+  for (const char* name : {"u_mps", "vm_mps", "r_degps", "particle", "member"}) {
+    const std::size_t c = column(rows[0], name);
+    for (std::size_t i = 2; i <= 20; ++i) CHECK(rows[i][c] == rows[1][c]);
+  }
+  CHECK(rows[1][column(rows[0], "x0_m")] != rows[20][column(rows[0], "x0_m")]);
+}
+
+TEST_CASE("ens-predict: what it cannot use or write is refused", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  const std::string predict = "ens-predict model 'data/dataset.json#test' ";
+  check_refused(folder, predict + "--use-members 5", 2, "--use-members 5: model has 4 members");
+  check_refused(folder, "ens-predict model", 2, "expected MODEL_DIR and at least one test trajectory");
+  check_refused(folder, predict + "--sampling ts2", 2, "--sampling");
+  check_refused(folder, predict + "--particles 0", 2, "--particles");
+  check_refused(folder, "ens-predict --baseline hold data/dataset.json --fitted", 2, "--fitted needs a model");
+  check_refused(folder, predict + "--steps 47", 3, "no recording holds 47 points 1 s apart without a gap");
+  check_refused(folder, "ens-predict none-such data/dataset.json", 4, "none-such/ensemble.json: cannot be opened");
+  check_refused(folder, "ens-predict data/dataset.json data/dataset.json", 4, "data/dataset.json/ensemble.json");
+  check_refused(folder, predict + "-o spec.json", 4, "spec.json: cannot be created");
+  check_refused(folder, predict + "-o /dev/full", 4, "/dev/full: cannot be created");
+  if (std::filesystem::exists("/dev/full"))
+    check_refused(folder, predict + "-o - > /dev/full", 4, "standard output: cannot be written: No space left");
+  const Outcome head = run(folder, "(" + predict + "--quiet --particles 1000 -o -; echo $? > code) | head -1");
+  CHECK_THAT(head.out, StartsWith("recording,sequence,step,t_s,particle,member,"));
+  CHECK(head.err.empty());
+  CHECK(io::read_text(folder / "code") == "0\n");
+
+  std::filesystem::remove(folder / "model/member-03.json");
+  check_refused(folder, predict, 4, "model/member-03.json: is not trained yet; run ens-train with --member 3");
+}
+
+TEST_CASE("ens-predict: a model directory that was tampered with ends with 3", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  folder.write("rec.csv", "t_s,u_mps,vm_mps,r_degps\n0,1,0,0\n1,1,0,0\n");
+  const auto refused = [&](const std::string& file, const std::string& what, const std::string& with,
+                           const std::string& message) {
+    const std::string good = io::read_text(folder / "model/" + file);
+    replace(folder / "model/" + file, what, with);
+    check_refused(folder, "ens-predict model rec.csv", 3, "model/" + file + message);
+    io::write_text(folder / "model/" + file, good);
+  };
+  refused("ensemble.json", "leeway ensemble 1", "leeway ensemble 2", ": /format: expected \"leeway ensemble 1\"");
+  refused("ensemble.json", "\"seed\": 1", "\"seed\": \"one\"", ": /training/seed: expected a whole number >= 0");
+  refused("ensemble.json", "\"members\": [", "\"members\": [], \"was\": [", ": /members: expected at least one member");
+  refused("ensemble.json", "delta_p_deg", "delta_q_deg",
+          ": /training/actuators: unknown actuator column 'delta_q_deg'");
+  refused("member-00.json", "\"bias\":[", "\"bias\":[0.5,", ": does not fit the ensemble: rows of layer 0");
+  refused("member-00.json", "\"output_sd\":[\"", "\"output_sd\":[\"-", ": does not fit the ensemble: output_sd");
+  refused("member-00.json", "\"dynamics\":", "\"dynamic\":", ": not a member file of this version");
+  refused("member-00.json", "}\n", "", ": not a member file of this version");
+}
+
+TEST_CASE("pd-sweep: one row for each gain pair, and the true ship does not depend on the seed", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  const std::string sweep = "pd-sweep model --ship vectwin-3m --kp 20:60:20 --kd 20,60 --duration-s 20 --quiet ";
+  const auto rows = rows_of(done(folder, sweep + "--particles 7").out);
+  const auto other = rows_of(done(folder, sweep + "--particles 7 --seed 2 --jobs 1").out);
+  REQUIRE(rows.size() == 1 + 3 * 2);
+  REQUIRE(other.size() == rows.size());
+  CHECK(rows[0] == std::vector<std::string>{"kp_deg_per_rad", "kd_deg_per_radps", "score_true", "score_mean",
+                                            "score_worst", "score_best", "score_member_00", "score_member_01",
+                                            "score_member_02", "score_member_03"});
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    CAPTURE(i);
+    const auto score = [&](std::size_t c) { return std::stod(rows[i][c]); };
+    CHECK(score(0) == (i <= 2 ? 20.0 : i <= 4 ? 40.0 : 60.0));
+    CHECK(score(1) == (i % 2 == 1 ? 20.0 : 60.0));
+    CHECK(score(4) >= score(3));
+    CHECK(score(3) >= score(5));
+    CHECK(rows[i][2] == other[i][2]);
+    for (std::size_t c = 6; c < 10; ++c) CHECK(rows[i][c] == other[i][c]);
+  }
+  // One member: all particles are equal, to the last bit.
+  for (const auto& row : rows_of(done(folder, sweep + "--use-members 1").out)) {
+    if (row[0].starts_with("kp")) continue;
+    CHECK((row[3] == row[6] && row[4] == row[6] && row[5] == row[6]));
+  }
+}
+
+TEST_CASE("pd-sweep: the runs of each gain pair go to a folder", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  done(folder,
+       "pd-sweep model --ship vectwin-3m --kp 20:60:20 --kd 20,60 --duration-s 20 --dt-s 0.2 --trajectories runs -o "
+       "s.csv");
+  CHECK(files_of(folder / "runs").size() == 6);
+  const auto rows = rows_of(io::read_text(folder / "runs/kp40_kd60.csv"));
+  REQUIRE(rows.size() == 1 + 5 * 21);
+  CHECK(rows[0] == std::vector<std::string>{"model", "t_s", "x0_m", "y0_m", "psi_deg", "u_mps", "vm_mps", "r_degps",
+                                            "delta_p_deg", "delta_s_deg"});
+  CHECK(rows[1][0] == "true");
+  CHECK(rows[21][1] == "20");
+  CHECK(rows[22][0] == "00");
+  CHECK(rows[105][0] == "03");
+}
+
+TEST_CASE("pd-sweep: a wrong command line ends with 2", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  const std::string sweep = "pd-sweep model --ship vectwin-3m ";
+  for (const std::string range : {"5:1:2", "1:5:0", "1:5", "five", "1,,2", "nan", "0:1e30:1", "''"})
+    check_refused(folder, sweep + "--kp " + range, 2, "--kp: ");
+  check_refused(folder, sweep + "--duration-s 10 --dt-s 0.3", 2, "--duration-s must be a multiple of --dt-s");
+  check_refused(folder, sweep + "--duration-s 3 --dt-s 0.3 --trajectories t", 2, "must be a multiple of --dt-s");
+  check_refused(folder, sweep + "--use-members 5", 2, "--use-members 5: model has 4 members");
+  check_refused(folder, "pd-sweep model --ship esso-osaka-3m", 2, "the ensemble needs 'delta_p_deg', which the ship");
+  check_refused(folder, "pd-sweep model --ship none-such", 2, "shipped: esso-osaka-3m, vectwin-3m");
+  check_refused(folder, "pd-sweep none-such --ship vectwin-3m", 4, "none-such/ensemble.json: cannot be opened");
+  check_refused(folder, sweep + "--kp 20 --kd 20 -o no/such.csv", 4, "no/such.csv: cannot be written");
+  if (std::filesystem::exists("/dev/full"))
+    check_refused(folder, sweep + "--kp 20 --kd 20 -o /dev/full", 4, "/dev/full: cannot be written: No space left");
+}
