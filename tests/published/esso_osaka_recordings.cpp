@@ -10,6 +10,7 @@
 #include "io/files.hpp"
 #include "io/trajectory_csv.hpp"
 #include "recording/samples.hpp"
+#include "temporary_folder.hpp"
 
 using namespace leeway;
 namespace fs = std::filesystem;
@@ -29,7 +30,8 @@ TEST_CASE("esso-osaka-3m: replayed random tests stay close to the recorded veloc
   for (const fs::path& file : files) {
     const Trajectory recording = io::read_trajectory(file.string(), &map);
     const RecordedInputs inputs(recording, ship, InputInterpolation::linear);
-    const std::string path = (fs::temp_directory_path() / ("leeway-test-" + file.filename().string())).string();
+    const test::TemporaryFolder temporary;
+    const std::string path = temporary / "prediction.csv";
     {
       io::PredictionWriter writer(path);
       replay_sequences(ship, recording, inputs, grid, 101, writer);
@@ -49,7 +51,6 @@ TEST_CASE("esso-osaka-3m: replayed random tests stay close to the recorded veloc
       rms_of_segments.push_back((sum / 100.0).cwiseSqrt());
       sum.setZero();
     }
-    fs::remove(path);
   }
   REQUIRE(rms_of_segments.size() == 27);
   Vec3<double> mean = Vec3<double>::Zero();

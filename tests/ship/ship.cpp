@@ -1,14 +1,12 @@
 #include "ship/ship.hpp"
 
-#include <cstdio>
-#include <filesystem>
-
 #include <catch2/catch.hpp>
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"
+#include "temporary_folder.hpp"
 
 using namespace leeway;
 using Catch::Matchers::Contains;
@@ -20,9 +18,8 @@ template <typename Change>
 void read_changed(const Change& change) {
   io::Json json = io::read_json(io::find_config("ships", "vectwin-3m"));
   change(json);
-  const std::string path = (std::filesystem::temp_directory_path() / "leeway-test-ship.json").string();
-  io::write_text(path, io::to_text(json));
-  read_ship(path);
+  const test::TemporaryFolder folder;
+  read_ship(folder.write("ship.json", io::to_text(json)));
 }
 
 }  // namespace
