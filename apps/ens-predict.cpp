@@ -60,6 +60,27 @@ void add_options(CLI::App& app, Options& o) {
   cli::add_common_options(app, o.common);
 }
 
+// Options that contradict each other end the program; those that a baseline or a fitted rollout does not need get a
+// warning.
+void check_combination(const CLI::App& app, const Options& o) {
+  const bool baseline = !o.baseline.empty();
+  if (!baseline && o.arguments.size() < 2)
+    throw UsageError("expected MODEL_DIR and at least one test trajectory (or --baseline hold)");
+  if (baseline && o.fitted) throw UsageError("--fitted needs a model, not --baseline");
+  std::error_code error;
+  if (baseline && std::filesystem::exists(std::filesystem::path(o.arguments.front()) / "ensemble.json", error))
+    throw UsageError(fmt::format("{} is a model: with --baseline give the trajectories alone", o.arguments.front()));
+  if (!baseline && app.count("--time-step-s") > 0)
+    throw UsageError("--time-step-s is for --baseline; a model brings its own time step");
+  if (!baseline && !o.fitted) return;
+  for (const char* option : {"--particles", "--sampling", "--initial-state", "--use-members", "--kernel"}) {
+    const bool used_by_fitted = option == std::string("--use-members") || option == std::string("--kernel");
+    const bool used_by_baseline = option == std::string("--initial-state");
+    if (app.count(option) > 0 && !(baseline ? used_by_baseline : used_by_fitted))
+      spdlog::warn("{} has no effect with {}", option, baseline ? "--baseline" : "--fitted");
+  }
+}
+
 void warn_of_constants(const Trajectory& recording, const ensemble::ModelInputs& inputs) {
   for (const auto& [channel, value] : inputs.constants)
     for (const double x : recording[channel])
@@ -77,9 +98,7 @@ int main(int argc, char** argv) try {
   CLI::App app{"Propagate particles through a trained ensemble and write them as CSV.", "ens-predict"};
   add_options(app, o);
   if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
-  if (o.baseline.empty() && o.arguments.size() < 2)
-    throw UsageError("expected MODEL_DIR and at least one test trajectory (or --baseline hold)");
-  if (!o.baseline.empty() && o.fitted) throw UsageError("--fitted needs a model, not --baseline");
+  check_combination(app, o);
 
   std::optional<ensemble::Ensemble> model;
   if (o.baseline.empty()) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <atomic>
 #include <numeric>
+#include <set>
 #include <vector>
 
 #include <fmt/format.h>
@@ -96,7 +97,16 @@ int main(int argc, char** argv) try {
   const nn::Kernels<float>& kernels = nn::kernels(o.kernel);
 
   std::vector<std::string> paths;
-  for (const io::RecordingFile& file : io::expand_recordings(o.recordings)) paths.push_back(file.path);
+  for (const std::string& argument : o.recordings) {
+    std::set<std::string> sets;
+    for (const io::RecordingFile& file : io::expand_recordings({argument})) {
+      paths.push_back(file.path);
+      sets.insert(file.set);
+    }
+    if (sets.size() > 1)
+      spdlog::warn("{}: trains on all its sets ({}); {}#SET names one of them", argument, fmt::join(sets, ", "),
+                   argument);
+  }
   const std::vector<Trajectory> recordings = cli::read_recordings(paths, o.columns, o.common.jobs);
   const ensemble::TrainingData data = ensemble::prepare_training_data(recordings, config);
   cli::warn_all(data.notices);

@@ -181,10 +181,10 @@ TEST_CASE("ens-train: a checkpoint of any epoch goes on to the same bytes", "[cl
   prepare(folder);
   done(folder, kTrain + "tiny.json --members 1 -o whole");
   // The kill comes as soon as there is a checkpoint: training has begun and not ended.
-  const Outcome killed =
-      run(folder, kTrain +
-                      "tiny.json --epochs 100000 --members 1 --checkpoint-s 0 -o part & pid=$!\n"
-                      "until test -e part/member-00.checkpoint; do sleep 0.01; done\nkill -9 $pid; wait $pid; echo $?");
+  const Outcome killed = run(folder, kTrain +
+                                         "tiny.json --epochs 100000 --members 1 --checkpoint-s 0 -o part & pid=$!\n"
+                                         "until test -e part/member-00.checkpoint; do kill -0 $pid || exit; sleep "
+                                         "0.01; done\nkill -9 $pid; wait $pid; echo $?");
   CHECK(killed.out == "137\n");
   CHECK_FALSE(std::filesystem::exists(folder / "part/member-00.json"));
   check_refused(folder, "ens-predict part 'data/dataset.json#test'", 4, "part/member-00.json: is not trained yet");
@@ -287,6 +287,15 @@ TEST_CASE("ens-train: a wrong command line ends with 2, a folder that cannot be 
   CHECK_FALSE(std::filesystem::exists(folder / "model"));
 }
 
+TEST_CASE("ens-train: a dataset without its set named gets a warning, since it may hold the tests", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  CHECK_THAT(done(folder, "ens-train data/dataset.json --config tiny.json --epochs 1 --members 1 -o model").err,
+             Contains("warning: data/dataset.json: trains on all its sets (test, train); data/dataset.json#SET names"));
+  CHECK(done(folder, "ens-train 'data/dataset.json#train' --config tiny.json --epochs 1 --members 1 -o model")
+            .err.find("all its sets") == std::string::npos);
+}
+
 TEST_CASE("ens-train: members of different kernels are used with a warning", "[cli][ens]") {
   const TemporaryFolder folder;
   prepare_model(folder);
@@ -366,6 +375,10 @@ TEST_CASE("ens-predict: what it cannot use or write is refused", "[cli][ens]") {
   check_refused(folder, predict + "--sampling ts2", 2, "--sampling");
   check_refused(folder, predict + "--particles 0", 2, "--particles");
   check_refused(folder, "ens-predict --baseline hold data/dataset.json --fitted", 2, "--fitted needs a model");
+  check_refused(folder, "ens-predict model data/test/test-t20.csv --baseline hold", 2, "model is a model: with --base");
+  check_refused(folder, predict + "--time-step-s 2", 2, "--time-step-s is for --baseline");
+  const Outcome idle = done(folder, "ens-predict --baseline hold data/dataset.json --steps 20 --sampling ts1 -o hold");
+  CHECK_THAT(idle.err, Contains("warning: --sampling has no effect with --baseline"));
   check_refused(folder, predict + "--steps 47", 3, "no recording holds 47 points 1 s apart without a gap");
   check_refused(folder, "ens-predict none-such data/dataset.json", 4, "none-such/ensemble.json: cannot be opened");
   check_refused(folder, "ens-predict data/dataset.json data/dataset.json", 4, "data/dataset.json/ensemble.json");
