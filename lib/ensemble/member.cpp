@@ -19,7 +19,7 @@ RolloutConstants<S>::RolloutConstants(const ModelInputs& inputs, const TrainingC
     input_mean_.push_back(static_cast<S>(input.mean));
     input_inverse_sd_.push_back(static_cast<S>(1.0 / input.sd));
   }
-  // The network's output is standardised by its own mean and deviation at initialisation, then mapped to those of the
+  // The network's output is standardized by its own mean and deviation at initialization, then mapped to those of the
   // accelerations: one offset and one factor.
   for (std::size_t i = 0; i < 3; ++i) {
     const double scale = inputs.accelerations[i].sd / member.output_sd[i];

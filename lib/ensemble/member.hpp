@@ -16,7 +16,7 @@ struct Member {
   std::string kernel;  ///< path that trained it: members are bit-identical on one path only
   nn::NetworkShape dynamics, initial_state;
   nn::AlignedVector<float> parameters;  ///< dynamics, then initial state
-  std::array<double, 3> output_mean{};  ///< of the dynamics network over standard normal inputs at initialisation
+  std::array<double, 3> output_mean{};  ///< of the dynamics network over standard normal inputs at initialization
   std::array<double, 3> output_sd{};
   std::vector<float> training_curve;  ///< mean training loss of each epoch
 };

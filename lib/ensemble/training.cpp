@@ -12,20 +12,20 @@
 namespace leeway::ensemble {
 namespace {
 
-constexpr int kStandardisationInputs = 10000;
+constexpr int kStandardizationInputs = 10000;
 
-void standardise_outputs(Member& member, const nn::Kernels<float>& kernels, RandomStream& random) {
+void standardize_outputs(Member& member, const nn::Kernels<float>& kernels, RandomStream& random) {
   const std::size_t width = static_cast<std::size_t>(member.dynamics.inputs);
-  nn::AlignedVector<float> inputs(width * kStandardisationInputs), outputs(3 * kStandardisationInputs);
+  nn::AlignedVector<float> inputs(width * kStandardizationInputs), outputs(3 * kStandardizationInputs);
   for (float& x : inputs) x = static_cast<float>(random.normal());
   const nn::KernelWorkspace<float> workspace(kernels);
-  kernels.forward(workspace.get(), member.dynamics, member.parameters.data(), inputs.data(), kStandardisationInputs,
+  kernels.forward(workspace.get(), member.dynamics, member.parameters.data(), inputs.data(), kStandardizationInputs,
                   outputs.data());
   for (std::size_t i = 0; i < 3; ++i) {
     double mean = 0.0, square = 0.0;
-    for (std::size_t n = 0; n < kStandardisationInputs; ++n) mean += outputs[3 * n + i] / kStandardisationInputs;
-    for (std::size_t n = 0; n < kStandardisationInputs; ++n)
-      square += (outputs[3 * n + i] - mean) * (outputs[3 * n + i] - mean) / kStandardisationInputs;
+    for (std::size_t n = 0; n < kStandardizationInputs; ++n) mean += outputs[3 * n + i] / kStandardizationInputs;
+    for (std::size_t n = 0; n < kStandardizationInputs; ++n)
+      square += (outputs[3 * n + i] - mean) * (outputs[3 * n + i] - mean) / kStandardizationInputs;
     member.output_mean[i] = mean;
     member.output_sd[i] = std::sqrt(square);
   }
@@ -61,7 +61,7 @@ TrainingState initial_training_state(const TrainingData& data, std::uint64_t see
   const nn::AlignedVector<float> more = nn::initial_parameters(member.initial_state, start);
   member.parameters.insert(member.parameters.end(), more.begin(), more.end());
   RandomStream inputs(seed, "output standardisation", index);
-  standardise_outputs(member, kernels, inputs);
+  standardize_outputs(member, kernels, inputs);
   state.adam_m.assign(member.parameters.size(), 0.0F);
   state.adam_v.assign(member.parameters.size(), 0.0F);
   return state;

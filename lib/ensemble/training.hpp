@@ -18,7 +18,7 @@ struct TrainingState {
   nn::AlignedVector<float> adam_m, adam_v;
 };
 
-/// A member before its first step: weights, moments, and the standardisation of its outputs over 10,000 standard
+/// A member before its first step: weights, moments, and the standardization of its outputs over 10,000 standard
 /// normal inputs.
 TrainingState initial_training_state(const TrainingData& data, std::uint64_t seed, int number,
                                      const nn::Kernels<float>& kernels);

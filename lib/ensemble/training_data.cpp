@@ -131,7 +131,7 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
                      fmt::format("too little data: no stretch of two points {} s apart without missing samples",
                                  config.time_step_s));
 
-  // Standardisation. The apparent wind is that of the observed states.
+  // Standardization. The apparent wind is that of the observed states.
   const std::size_t n_inputs = 3 + inputs.actuators.size() + (inputs.wind ? 2 : 0);
   std::vector<Moments> input(n_inputs), acceleration(3);
   for (const Samples& s : data.stretches)

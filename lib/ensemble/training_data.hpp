@@ -28,7 +28,7 @@ struct ModelInputs {
   double largest_speed_mps = 0.0, largest_rate_radps = 0.0;  ///< range of the training data, for plausibility
 };
 
-/// A training window: its place in the data, and the standardised input of the initial-state network.
+/// A training window: its place in the data, and the standardized input of the initial-state network.
 struct Window {
   std::size_t stretch = 0;
   Range range;
@@ -49,11 +49,11 @@ struct TrainingData {
   std::vector<std::string> notices;  ///< what the user should know: columns left out, files too short
 };
 
-/// Finds the inputs, resamples, standardises and cuts. Throws InputError where the data cannot train anything: no two
+/// Finds the inputs, resamples, standardizes and cuts. Throws InputError where the data cannot train anything: no two
 /// points, a velocity that never varies, no actuator and no wind that varies, a column missing in one of the files.
 TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config);
 
-/// Inputs of the initial-state network before standardisation: for each of the first `steps` points of the range
+/// Inputs of the initial-state network before standardization: for each of the first `steps` points of the range
 /// x, y [m] and heading [rad] relative to the first point in its ship axes (where recorded), then u, v_m, r.
 std::vector<double> initial_state_observations(const Samples& samples, Range range, int steps, bool with_pose);
 

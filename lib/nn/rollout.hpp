@@ -73,7 +73,7 @@ struct RolloutBatch {
   const S* psi_initial = nullptr;           ///< [windows]
   const S* controls = nullptr;              ///< [points][windows][controls]
   const S* true_wind = nullptr;             ///< [points][windows][2], from-vector in earth axes
-  const S* initial_state_inputs = nullptr;  ///< [windows][initial_state.inputs], standardised
+  const S* initial_state_inputs = nullptr;  ///< [windows][initial_state.inputs], standardized
   const S* initial_state_mask = nullptr;    ///< [windows]: 0 where the start stays as observed
   double count = 1.0;                       ///< the loss is the sum over all points divided by this
 };

@@ -43,7 +43,7 @@ struct NetworkWork {
 template <typename S>
 struct Work {
   NetworkWork<S> dynamics, initial_state;
-  Matrix<S> inputs;             // standardised inputs of the dynamics network, all steps
+  Matrix<S> inputs;             // standardized inputs of the dynamics network, all steps
   Matrix<S> nu, error;          // 3 x windows*points
   Matrix<S> psi, cosine, sine;  // 1 x windows*points
   Matrix<S> lambda_nu, lambda_psi, input_derivative;

@@ -131,7 +131,7 @@ TEST_CASE("training data: what cannot train anything is refused", "[ensemble]") 
                     Contains("no-thruster.csv:1: no column 'n_bt_rps'"));
 }
 
-TEST_CASE("training: outputs are standardised at initialisation", "[ensemble]") {
+TEST_CASE("training: outputs are standardized at initialization", "[ensemble]") {
   const TrainingData data = small_data(small_config());
   const TrainingState state = initial_training_state(data, 1, 0, nn::kernels());
   const nn::KernelWorkspace<float> workspace(nn::kernels());
