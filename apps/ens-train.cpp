@@ -60,7 +60,7 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
     files.push_back({r.file, io::sha256_of_file(r.file), r.size()});
     paths.push_back(r.file);
   }
-  const ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));
+  ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));
   io::make_directories(o.output);
   const auto existing = ensemble::read_header(o.output, true);
   const bool continues = o.resume || o.member >= 0;

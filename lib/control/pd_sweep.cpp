@@ -51,7 +51,7 @@ class Lanes {
     const double order = gains_[lane].command(psi - task_.psi_bar, r);
     for (const Actuator& a : ship_.actuators)
       if (a.is_rudder()) command[a.channel] = order;  // respond() clips to each rudder's range
-    const StepInputs<double> inputs = respond(ship_, actuators_[lane], command, Vec2<double>::Zero(), task_.dt_s);
+    StepInputs<double> inputs = respond(ship_, actuators_[lane], command, Vec2<double>::Zero(), task_.dt_s);
     actuators_[lane] = inputs.end.actuators;
     return inputs;
   }

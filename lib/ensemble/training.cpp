@@ -16,7 +16,7 @@ constexpr int kStandardizationInputs = 10000;
 
 void standardize_outputs(Member& member, const nn::Kernels<float>& kernels, RandomStream& random) {
   const std::size_t width = static_cast<std::size_t>(member.dynamics.inputs);
-  nn::AlignedVector<float> inputs(width * kStandardizationInputs), outputs(3 * kStandardizationInputs);
+  nn::AlignedVector<float> inputs(width * kStandardizationInputs), outputs(std::size_t{3} * kStandardizationInputs);
   for (float& x : inputs) x = static_cast<float>(random.normal());
   const nn::KernelWorkspace<float> workspace(kernels);
   kernels.forward(workspace.get(), member.dynamics, member.parameters.data(), inputs.data(), kStandardizationInputs,
