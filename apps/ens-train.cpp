@@ -57,7 +57,7 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
   std::vector<ensemble::TrainingFile> files;
   std::vector<std::string> paths;
   for (const Trajectory& r : recordings) {
-    files.push_back({r.file, io::sha256_of_file(r.file), r.size()});
+    files.push_back({r.file, cli::input_sha256(r.file), r.size()});
     paths.push_back(r.file);
   }
   ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));

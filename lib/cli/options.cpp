@@ -123,6 +123,12 @@ CLI::Validator in_range(double low, double high) {
       low, high);
 }
 
+std::string input_sha256(const std::string& file) {
+  std::error_code error;
+  const bool readable_again = file != "-" && std::filesystem::is_regular_file(file, error);
+  return readable_again ? io::sha256_of_file(file) : "";
+}
+
 io::Json provenance(const CLI::App& app, const CommonOptions& options, const std::vector<std::string>& input_files,
                     const std::vector<std::string>& also_leave_out) {
   std::set<std::string> left_out{"--jobs", "--quiet", "--verbose", "--output"};
@@ -148,12 +154,7 @@ io::Json provenance(const CLI::App& app, const CommonOptions& options, const std
     return shipped == std::string::npos ? file : file.substr(shipped + std::string("share/leeway/").size());
   };
   io::Json inputs = io::Json::array();
-  for (const std::string& file : input_files) {
-    // A pipe is empty when it has been read once.
-    std::error_code error;
-    const bool again = file != "-" && std::filesystem::is_regular_file(file, error);
-    inputs.push_back({{"file", shown(file)}, {"sha256", again ? io::sha256_of_file(file) : ""}});
-  }
+  for (const std::string& file : input_files) inputs.push_back({{"file", shown(file)}, {"sha256", input_sha256(file)}});
   return {{"tool", app.get_name()},
           {"version", LEEWAY_VERSION},
           {"command", command},

@@ -46,6 +46,9 @@ CLI::Validator not_negative();
 CLI::Validator at_least(double low);
 CLI::Validator in_range(double low, double high);
 
+/// SHA-256 of an input file; empty for a pipe, which cannot be read twice.
+std::string input_sha256(const std::string& file);
+
 /// What made a result: tool, version, command line, seed and the hashes of the inputs; no clock, no host name. Options
 /// that do not change the result are left out of the command line, so that equal results are equal files: --jobs,
 /// --quiet, --verbose, --output, and those in `also_leave_out`.

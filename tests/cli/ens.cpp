@@ -103,6 +103,15 @@ void replace(const std::string& file, const std::string& what, const std::string
 
 }  // namespace
 
+TEST_CASE("ens: a recording from a pipe has no hash rather than a wrong one", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  done(folder, "cat data/train/*.csv | head -45 | ens-train - --quiet --members 1 --config tiny.json -o model");
+  const io::Json header = io::read_json(folder / "model/ensemble.json");
+  CHECK(header["training"]["files"][0]["sha256"] == "");
+  CHECK(header["provenance"]["inputs"][0]["sha256"] == "");
+}
+
 TEST_CASE("ens: from maneuvers to scores, through a folder and through a pipe", "[cli][ens]") {
   const TemporaryFolder folder;
   prepare_model(folder);
