@@ -8,6 +8,7 @@
 #include "core/units.hpp"
 #include "dynamics/dataset.hpp"
 #include "dynamics/replay.hpp"
+#include "effects/catalogue.hpp"
 #include "io/dataset_json.hpp"
 #include "io/files.hpp"
 
@@ -17,15 +18,15 @@ namespace {
 
 struct SimOptions {
   cli::CommonOptions common;
-  std::string ship, output = "-", noise, truth, columns, spec;
-  std::vector<std::string> recordings;
+  std::string ship, output = "-", noise, truth, columns, spec, effect;
+  std::vector<std::string> recordings, effects;
   TimeGrid grid;
   std::optional<double> u0_mps, n_p_rps;
   double zigzag_rudder_deg = 10.0, turning_rudder_deg = 35.0, heading_deg = 0.0, wind_speed_mps = 0.0,
          wind_dir_deg = 0.0;
   std::string wind = "steady";
   std::size_t restart_steps = 0;
-  bool hold = false, prediction = false;
+  bool hold = false, prediction = false, page = false;
 };
 
 void add_output(CLI::App& sub, SimOptions& opt, const std::string& what) {
@@ -35,6 +36,11 @@ void add_output(CLI::App& sub, SimOptions& opt, const std::string& what) {
 void add_ship_and_steps(CLI::App& sub, SimOptions& opt) {
   sub.add_option("--ship", opt.ship, "ship (JSON), or the name of a shipped one: vectwin-3m, esso-osaka-3m")
       ->required();
+  sub.add_option("--effect", opt.effects,
+                 "physics to add to the ship's effects (JSON, see 'mmg-sim effects'); may be given several times")
+      ->type_name("TEXT")
+      ->expected(1)
+      ->take_all();
   sub.add_option("--dt-s", opt.grid.dt_s, "time step of the integration [s]")
       ->check(cli::positive())
       ->capture_default_str();
@@ -55,7 +61,7 @@ void add_maneuver_options(CLI::App& sub, SimOptions& opt) {
   sub.add_option("--duration-s", opt.grid.duration_s, "length of the run, a multiple of --sample-s [s]")
       ->check(cli::positive())
       ->capture_default_str();
-  sub.add_option("--u0-mps", opt.u0_mps, "surge velocity at the start [m/s]")
+  sub.add_option("--u0-mps", opt.u0_mps, "surge at the start, through the water [m/s]")
       ->check(cli::in_range(-50.0, 50.0))
       ->default_str("the ship's u0_mps");
   sub.add_option("--n-p-rps", opt.n_p_rps, "propeller revolutions, at the start and ordered [1/s]")
@@ -82,8 +88,7 @@ void add_rudder(CLI::App& sub, double& rudder_deg) {
 }
 
 SimulatedShip ship_at_start(const Ship& ship, const SimOptions& opt) {
-  SimulatedShip start(ship);
-  if (opt.u0_mps) start.state.nu(0) = *opt.u0_mps;
+  SimulatedShip start(ship, opt.u0_mps.value_or(ship.u0_mps));
   if (!opt.n_p_rps) return start;
   const Actuator* propeller = ship.find_actuator(Channel::n_p);
   if (propeller == nullptr || propeller->clip(*opt.n_p_rps) != *opt.n_p_rps)
@@ -98,13 +103,20 @@ void write_result(const SimOptions& opt, const Trajectory& truth) {
   io::write_trajectory(opt.output, observed(truth, noise, {opt.common.seed, "observation noise"}));
 }
 
+Ship read_ship_with_effects(const SimOptions& opt) {
+  Ship ship = read_ship(opt.ship);
+  for (const std::string& file : opt.effects)
+    for (EffectEntry& effect : read_effects(file)) ship.effects.push_back(std::move(effect));
+  return ship;
+}
+
 using MakeManeuver = std::unique_ptr<Maneuver> (*)(const Ship&, const SimOptions&);
 
 void run_maneuver(const SimOptions& opt, MakeManeuver make) {
   opt.grid.check();
   if (opt.output == "-" && opt.truth == "-")
     throw UsageError("--output and --truth cannot both be the standard output");
-  Ship ship = read_ship(opt.ship);
+  Ship ship = read_ship_with_effects(opt);
   if (opt.n_p_rps)
     for (Actuator& actuator : ship.actuators)  // ordered revolutions stay, also in a random run
       if (actuator.channel == Channel::n_p) actuator.is_random = false;
@@ -127,7 +139,7 @@ void run_replay(const SimOptions& opt) {
   if (!opt.prediction && opt.output == "-" && opt.truth == "-")
     throw UsageError("--output and --truth cannot both be the standard output");
 
-  const Ship ship = read_ship(opt.ship);
+  const Ship ship = read_ship_with_effects(opt);
   const std::vector<Trajectory> recordings = cli::read_recordings(paths, opt.columns, opt.common.jobs);
   std::vector<RecordedInputs> inputs;
   for (const Trajectory& recording : recordings) {
@@ -204,6 +216,11 @@ int main(int argc, char** argv) try {
   dataset->add_option("spec", opt.spec, "specification (JSON), or the name of a shipped one: demo")->required();
   add_output(*dataset, opt, "folder for <set>/<name>.csv, <set>/truth/<name>.csv and dataset.json");
 
+  CLI::App* effects = app.add_subcommand("effects", "list the physics that can be added to a ship");
+  effects->add_option("effect", opt.effect, "only this one");
+  effects->add_flag("--page", opt.page, "as a page in Markdown: docs/effects.md");
+  add_output(*effects, opt, "text, '-' for stdout");
+
   if (const auto exit_code = cli::parse(app, argc, argv, opt.common)) return *exit_code;
 
   if (*zigzag_test) {
@@ -220,6 +237,8 @@ int main(int argc, char** argv) try {
     });
   } else if (*replay_run) {
     run_replay(opt);
+  } else if (*effects) {
+    io::write_text(opt.output, opt.page ? catalogue_page() : catalogue_text(opt.effect));
   } else {
     run_dataset(app, opt);
   }

@@ -79,13 +79,12 @@ class Lanes {
 };
 
 void run_true_ship(const Ship& ship, const HeadingTask& task, std::size_t lane, long steps, Lanes& lanes) {
-  SimulatedShip simulated(ship);
-  simulated.state.nu = {task.u0_mps, 0.0, 0.0};
+  SimulatedShip simulated(ship, task.u0_mps);
   for (long k = 0; k <= steps; ++k) {
     lanes.score(lane, k, steps, simulated.state.eta, simulated.state.nu);
     if (k == steps) break;
     const StepInputs<double> inputs = lanes.step_inputs(lane, simulated.state.eta(2), simulated.state.nu(2));
-    simulated.state = integrate(simulated.model, simulated.state, inputs, task.dt_s);
+    simulated.advance(inputs, task.dt_s);
     if (!simulated.is_finite())
       throw NumericalError(
           fmt::format("the true ship's run is no finite number at t = {} s", grid_time(k + 1, task.dt_s)));

@@ -108,8 +108,7 @@ double draw(const DrawnRange& range, RandomStream& stream) {
 
 // The noise-free run with the given place in the dataset.
 Trajectory simulate_run(const DatasetSpec& spec, const RunSpec& run, std::uint64_t seed, std::uint64_t place) {
-  SimulatedShip ship(spec.ship);
-  ship.state.nu(0) = run.u0_mps;
+  const SimulatedShip ship(spec.ship, run.u0_mps);
   RandomStream wind(seed, "wind of a run", place);
   const double speed = draw(run.wind_speed_mps, wind);
   const double direction = draw(run.wind_dir, wind);

@@ -32,7 +32,7 @@ void advance(const Model<double>& model, ShipState<double>& state, const Recorde
              const TimeGrid& grid, const Trajectory& recording) {
   for (std::size_t i = 0; i < grid.steps_per_sample(); ++i) {
     const double now = t_s + static_cast<double>(i) * grid.dt_s;
-    state = integrate(model, state, inputs.step(now, grid.dt_s), grid.dt_s);
+    state = integrate(model, state, inputs.step(now, grid.dt_s, model.effects.rudder_delay_s()), grid.dt_s);
     if (!state.nu.allFinite() || !state.eta.allFinite())
       throw NumericalError(fmt::format("{}: the simulation diverged at {} s; reduce the time step (now {} s)",
                                        recording.file, now + grid.dt_s, grid.dt_s));
@@ -87,26 +87,34 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
   }
 }
 
-Inputs<double> RecordedInputs::at(double t_s) const {
+RecordedInputs::Place RecordedInputs::place(double t_s) const {
   const auto above = std::upper_bound(t_.begin(), t_.end(), t_s);
   const std::size_t after = std::min(static_cast<std::size_t>(above - t_.begin()), t_.size() - 1);
   const std::size_t before = above == t_.begin() ? 0 : static_cast<std::size_t>(above - t_.begin()) - 1;
-  const double weight = interpolation_ == InputInterpolation::linear && after > before
-                            ? (t_s - t_[before]) / (t_[after] - t_[before])
-                            : 0.0;
-  const auto value = [&](const std::vector<double>& v) {
-    return weight == 0.0 ? v[before] : v[before] + weight * (v[after] - v[before]);
-  };
+  const bool is_between = interpolation_ == InputInterpolation::linear && after > before;
+  return {before, after, is_between ? (t_s - t_[before]) / (t_[after] - t_[before]) : 0.0};
+}
+
+Inputs<double> RecordedInputs::at(double t_s) const {
+  const Place now = place(t_s);
   Inputs<double> inputs;
-  for (std::size_t a = 0; a < channels_.size(); ++a) inputs.actuators[channels_[a]] = value(actuators_[a]);
-  inputs.true_wind = {value(wind_x_), value(wind_y_)};
+  inputs.t_s = t_s;
+  for (std::size_t a = 0; a < channels_.size(); ++a) inputs.actuators[channels_[a]] = now.value(actuators_[a]);
+  inputs.true_wind = {now.value(wind_x_), now.value(wind_y_)};
   return inputs;
 }
 
-StepInputs<double> RecordedInputs::step(double t_s, double dt_s) const {
+StepInputs<double> RecordedInputs::step(double t_s, double dt_s, double rudder_delay_s) const {
   // A held value that changes at the end of the step belongs to the next one.
   const double inside = interpolation_ == InputInterpolation::hold ? kSameTime * dt_s : 0.0;
-  return {at(t_s + inside), at(t_s + 0.5 * dt_s), at(t_s + dt_s - inside)};
+  StepInputs<double> inputs{at(t_s + inside), at(t_s + 0.5 * dt_s), at(t_s + dt_s - inside)};
+  if (rudder_delay_s > 0.0)
+    for (Inputs<double>* input : {&inputs.start, &inputs.middle, &inputs.end}) {
+      const Place then = place(std::max(input->t_s - rudder_delay_s, t_[first_known_.value_or(0)]));
+      for (std::size_t a = 0; a < channels_.size(); ++a)
+        if (info(channels_[a]).quantity == Quantity::angle) input->actuators[channels_[a]] = then.value(actuators_[a]);
+    }
+  return inputs;
 }
 
 Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs, const TimeGrid& grid) {

@@ -24,14 +24,25 @@ class RecordedInputs {
 
   /// Index of the first sample at which every input is known; nothing if there is none.
   std::optional<std::size_t> first_known() const { return first_known_; }
-  /// The inputs of the step from t_s to t_s + dt_s, within the recording's time.
-  StepInputs<double> step(double t_s, double dt_s) const;
+  /// What acts over the step from t_s to t_s + dt_s, within the recording's time: the recorded inputs, the rudders
+  /// later by `rudder_delay_s`.
+  StepInputs<double> step(double t_s, double dt_s, double rudder_delay_s = 0.0) const;
+  /// As recorded.
   Inputs<double> at(double t_s) const;
   bool has_wind() const { return has_wind_; }
   /// What a user should know: samples outside the limits of the ship's actuators, no wind.
   const std::vector<std::string>& notices() const { return notices_; }
 
  private:
+  struct Place {
+    std::size_t before, after;
+    double weight;
+    double value(const std::vector<double>& v) const {
+      return weight == 0.0 ? v[before] : v[before] + weight * (v[after] - v[before]);
+    }
+  };
+  Place place(double t_s) const;
+
   std::vector<double> t_;
   std::vector<Channel> channels_;
   std::vector<std::vector<double>> actuators_;

@@ -40,7 +40,7 @@ double respond(const Actuator& actuator, double actual, double command, double d
 
 StepInputs<double> respond(const Ship& ship, const Actuators<double>& actual, const Actuators<double>& command,
                            const Vec2<double>& true_wind, double dt_s) {
-  StepInputs<double> inputs{{actual, true_wind}, {actual, true_wind}, {actual, true_wind}};
+  StepInputs<double> inputs{{actual, true_wind, 0.0}, {actual, true_wind, 0.0}, {actual, true_wind, 0.0}};
   for (const Actuator& actuator : ship.actuators) {
     const Channel channel = actuator.channel;
     if (actuator.clip(command[channel]) == actual[channel]) continue;
@@ -52,9 +52,38 @@ StepInputs<double> respond(const Ship& ship, const Actuators<double>& actual, co
 
 void SimulatedShip::step(const Actuators<double>& command, const Vec2<double>& true_wind, double dt_s,
                          Integrator integrator) {
-  const StepInputs<double> inputs = respond(ship, actuators, command, true_wind, dt_s);
-  state = integrate(model, state, inputs, dt_s, integrator);
+  advance(respond(ship, actuators, command, true_wind, dt_s), dt_s, integrator);
+}
+
+void SimulatedShip::advance(StepInputs<double> inputs, double dt_s, Integrator integrator) {
+  inputs.start.t_s = t_s;
+  inputs.middle.t_s = t_s + dt_s / 2.0;
+  inputs.end.t_s = t_s + dt_s;
   actuators = inputs.end.actuators;
+  if (model.effects.rudder_delay_s() > 0.0) {
+    if (past_.empty()) past_.push_back(inputs.start);
+    past_.push_back(inputs.middle);
+    past_.push_back(inputs.end);
+    for (Inputs<double>* at : {&inputs.start, &inputs.middle, &inputs.end}) at->actuators = delayed(*at);
+    while (past_.size() > 2 && past_[1].t_s < t_s - model.effects.rudder_delay_s()) past_.pop_front();
+  }
+  state = integrate(model, state, inputs, dt_s, integrator);
+  t_s += dt_s;
+}
+
+Actuators<double> SimulatedShip::delayed(const Inputs<double>& inputs) const {
+  Actuators<double> result = inputs.actuators;
+  const double then = inputs.t_s - model.effects.rudder_delay_s();
+  const auto after = std::find_if(past_.begin(), past_.end(), [&](const auto& known) { return known.t_s > then; });
+  const Inputs<double>& b = after == past_.end() ? past_.back() : *after;
+  const Inputs<double>& a = after == past_.begin() ? past_.front() : *(after - 1);
+  const double weight = b.t_s > a.t_s ? (then - a.t_s) / (b.t_s - a.t_s) : 0.0;
+  for (const Actuator& actuator : ship.actuators)
+    if (actuator.is_rudder()) {
+      const double from = a.actuators[actuator.channel];
+      result[actuator.channel] = from + weight * (b.actuators[actuator.channel] - from);
+    }
+  return result;
 }
 
 void append_sample(Trajectory& trajectory, const Ship& ship, double t_s, const ShipState<double>& state,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <vector>
 
 #include "dynamics/integrator.hpp"
@@ -20,6 +21,7 @@ template <typename T>
 struct Inputs {
   Actuators<T> actuators;               ///< actual values
   Vec2<T> true_wind = Vec2<T>::Zero();  ///< from-vector in earth axes [m/s]: wind_from_vector() of core/wind.hpp
+  double t_s = 0.0;                     ///< for effects that change with time
 };
 
 /// The inputs of one time step: at its start, its middle and its end.
@@ -28,22 +30,58 @@ struct StepInputs {
   Inputs<T> start, middle, end;
 };
 
-/// d(eta, nu)/dt.
+/// Velocity of the water at the ship, in ship axes [m/s].
+template <typename T>
+Vec3<T> water_velocity(const Model<T>& model, const Vec3<T>& eta, double t_s) {
+  using std::cos, std::sin;
+  Situation<T> at;
+  at.t_s = t_s;
+  at.eta = eta;
+  at.cos_psi = cos(eta(2));
+  at.sin_psi = sin(eta(2));
+  const Vec2<T> nu_c = at.to_ship(model.effects.water(at).velocity);
+  return {nu_c(0), nu_c(1), T(0.0)};
+}
+
+/// d(eta, nu)/dt; nu is the velocity through the water, which is that over ground unless an effect moves the water.
 template <typename T>
 ShipState<T> rate_of_change(const Model<T>& model, const ShipState<T>& state, const Inputs<T>& inputs) {
   using std::cos, std::sin;
-  const T &psi = state.eta(2), &u = state.nu(0), &v_m = state.nu(1);
-  const T c = cos(psi), s = sin(psi);
-  // apparent_wind() with the sine and cosine that the kinematics need anyway.
-  const Vec2<T>& w = inputs.true_wind;
-  const Vec2<T> wind(c * w(0) + s * w(1) + u, -s * w(0) + c * w(1) + v_m);
-  return {Vec3<T>(u * c - v_m * s, u * s + v_m * c, state.nu(2)), model.acceleration(state.nu, inputs.actuators, wind)};
+  Situation<T> at;
+  at.t_s = inputs.t_s;
+  at.eta = state.eta;
+  at.cos_psi = cos(state.eta(2));
+  at.sin_psi = sin(state.eta(2));
+  at.nu_water = at.nu_ground = state.nu;
+  Vec2<T> true_wind = inputs.true_wind;
+  Vec3<T> extra = Vec3<T>::Zero();  // forces besides those of the modules
+  const Effects<T>& effects = model.effects;
+  if (effects.moves_water()) {
+    const WaterMotion<T> water = effects.water(at);
+    at.nu_ground.template head<2>() += at.to_ship(water.velocity);
+    extra = model.inertia.frame_force(at.to_ship(water.rate));
+  }
+  if (effects.blow()) true_wind += effects.wind(at);
+  if (effects.push()) extra += effects.force(at);
+
+  const T &u = at.nu_ground(0), &v_m = at.nu_ground(1);
+  const Vec2<T> apparent_wind = at.to_ship(true_wind) + at.nu_ground.template head<2>();
+  Vec3<T> force;
+  if (effects.act()) {
+    Actuators<T> acting = inputs.actuators;
+    effects.act(acting);
+    force = model.modules.force(state.nu, acting, apparent_wind);
+  } else {
+    force = model.modules.force(state.nu, inputs.actuators, apparent_wind);
+  }
+  return {Vec3<T>(u * at.cos_psi - v_m * at.sin_psi, u * at.sin_psi + v_m * at.cos_psi, state.nu(2)),
+          model.inertia.acceleration(state.nu, force + extra)};
 }
 
-/// One step of the classical Runge-Kutta method of fourth order, or of Euler's method, which uses `start` alone.
+/// integrate() with the velocity through the water, before and after.
 template <typename T>
-ShipState<T> integrate(const Model<T>& model, const ShipState<T>& state, const StepInputs<T>& inputs, double dt_s,
-                       Integrator integrator = Integrator::rk4) {
+ShipState<T> integrate_through_water(const Model<T>& model, const ShipState<T>& state, const StepInputs<T>& inputs,
+                                     double dt_s, Integrator integrator) {
   const auto moved = [&](const ShipState<T>& rate, double h) {
     return ShipState<T>{state.eta + h * rate.eta, state.nu + h * rate.nu};
   };
@@ -54,6 +92,22 @@ ShipState<T> integrate(const Model<T>& model, const ShipState<T>& state, const S
   const ShipState<T> k4 = rate_of_change(model, moved(k3, dt_s), inputs.end);
   return {state.eta + dt_s / 6.0 * (k1.eta + 2.0 * k2.eta + 2.0 * k3.eta + k4.eta),
           state.nu + dt_s / 6.0 * (k1.nu + 2.0 * k2.nu + 2.0 * k3.nu + k4.nu)};
+}
+
+/// One step of the classical Runge-Kutta method of fourth order, or of Euler's method, which uses `start` alone. The
+/// state's velocity is over ground. In moving water the step is taken with the velocity through the water, so that a
+/// steady current carries the track along to rounding.
+template <typename T>
+ShipState<T> integrate(const Model<T>& model, const ShipState<T>& over_ground, const StepInputs<T>& inputs, double dt_s,
+                       Integrator integrator = Integrator::rk4) {
+  if (model.effects.moves_water()) {
+    ShipState<T> state = over_ground;
+    state.nu -= water_velocity(model, state.eta, inputs.start.t_s);
+    state = integrate_through_water(model, state, inputs, dt_s, integrator);
+    state.nu += water_velocity(model, state.eta, inputs.end.t_s);
+    return state;
+  }
+  return integrate_through_water(model, over_ground, inputs, dt_s, integrator);
 }
 
 /// Where an actuator stands after `dt_s` under a constant command, which is first clipped to its limits: the exact
@@ -73,17 +127,27 @@ struct SimulatedShip {
   Ship ship;
   Model<double> model;
   ShipState<double> state;
-  Actuators<double> actuators;  ///< actual values
+  Actuators<double> actuators;  ///< actual values, as a recording would have them
+  double t_s = 0.0;
 
-  /// At the origin, heading along x0, with surge u0 and the initial actuators of the ship.
-  explicit SimulatedShip(const Ship& ship_read)
+  /// At the origin at t = 0, heading along x0, with surge u0 through the water and the initial actuators of the ship.
+  SimulatedShip(const Ship& ship_read, double u0_mps)
       : ship(ship_read), model(ship_read), actuators(ship_read.initial_actuators()) {
-    state.nu(0) = ship_read.u0_mps;
+    state.nu = water_velocity(model, state.eta, t_s);
+    state.nu(0) += u0_mps;
   }
+  explicit SimulatedShip(const Ship& ship_read) : SimulatedShip(ship_read, ship_read.u0_mps) {}
+
   /// Advances by one RK4 step; `command` holds over the step, each actuator within its limits and its rate.
   void step(const Actuators<double>& command, const Vec2<double>& true_wind, double dt_s,
             Integrator integrator = Integrator::rk4);
+  /// The same with given inputs; their times are set here.
+  void advance(StepInputs<double> inputs, double dt_s, Integrator integrator = Integrator::rk4);
   bool is_finite() const { return state.eta.allFinite() && state.nu.allFinite(); }
+
+ private:
+  std::deque<Inputs<double>> past_;  // where rudders act late: from just before the delay on
+  Actuators<double> delayed(const Inputs<double>& inputs) const;
 };
 
 /// Appends one sample to a trajectory: states, the ship's actuators, true and apparent wind.

@@ -25,6 +25,16 @@ struct FourQuadrantPropeller {
   FourQuadrantPropeller(const FourQuadrantPropellerCoefficients<double>& coefficients, const Particulars& particulars)
       : c(coefficients.cast<T>()), p(particulars) {}
 
+  void scale_thrust(const T& k) {
+    for (T& coefficient : c.K_T) coefficient *= k;
+    for (T& coefficient : c.K_T_reversed) coefficient *= k;
+    c.K_T_reversed_low *= k;
+  }
+  /// w_P of straight ahead motion plus this much.
+  void increase_wake(const T& dw) { c.w_P[0] += dw; }
+  /// w_P of straight ahead motion by this factor.
+  void scale_wake(const T& k) { c.w_P[0] *= k; }
+
   PropellerFlow<T> flow(const Vec3<T>& nu, const T& n) const {
     using std::abs, std::sqrt;
     const T& u = nu(0);

@@ -20,10 +20,11 @@ struct FujiwaraWind {
   static constexpr std::string_view name = "fujiwara-1998";
   FujiwaraWindGeometry g;
   double L;
+  T A_front, A_side;                         ///< areas that make the force: A_T and A_L, unless changed [m^2]
   T X0, X1, X3, X5, Y1, Y3, Y5, N1, N2, N3;  ///< of cos and sin (k A), A = 2 pi - gamma_A
 
   FujiwaraWind(const FujiwaraWindGeometry& geometry, const Particulars& particulars)
-      : g(geometry), L(particulars.L_pp) {
+      : g(geometry), L(particulars.L_pp), A_front(geometry.A_T), A_side(geometry.A_L) {
     const auto& [rho, B, A_T, A_L, A_OD, C, C_BR, H_BR, H_C] = g;
     X0 = T(-0.330 + 0.293 * B * H_BR / A_T + 0.0193 * C / H_C + 0.682 * A_OD / (L * L));
     X1 = T(-1.353 + 1.700 * A_L / (L * B) + 2.870 * L * H_C / A_L - 0.463 * L * H_BR / A_L - 0.570 * A_OD / A_L -
@@ -44,6 +45,18 @@ struct FujiwaraWind {
     N3 = T(0.0230 + 0.0385 * C_BR / L - 0.0339 * A_T / (B * H_BR) + 0.0023 * A_L / A_T);
   }
 
+  /// Gains of the three forces.
+  void scale(const T& k_X, const T& k_Y, const T& k_N) {
+    for (T* k : {&X0, &X1, &X3, &X5}) *k *= k_X;
+    for (T* k : {&Y1, &Y3, &Y5}) *k *= k_Y;
+    for (T* k : {&N1, &N2, &N3}) *k *= k_N;
+  }
+  /// More area above water with the same coefficients [m^2].
+  void add_areas(const T& front, const T& side) {
+    A_front += front;
+    A_side += side;
+  }
+
   /// (C_X, C_Y, C_N) for the direction given by its cosine and sine.
   Vec3<T> coefficients(const T& cos_gamma, const T& sin_gamma) const {
     // Multiple angles by recurrence: cos 2x, cos 3x, cos 5x and the same for sine.
@@ -61,7 +74,7 @@ struct FujiwaraWind {
     const T U = sqrt(U2);
     const Vec3<T> k = coefficients(wind(0) / U, wind(1) / U);
     const T q = 0.5 * g.rho_air * U2;
-    return {q * g.A_T * k(0), q * g.A_L * k(1), q * g.A_L * L * k(2)};
+    return {q * A_front * k(0), q * A_side * k(1), q * A_side * L * k(2)};
   }
 };
 

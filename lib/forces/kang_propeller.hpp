@@ -24,6 +24,15 @@ struct KangPropeller {
   KangPropeller(const KangPropellerCoefficients<double>& coefficients, const Particulars& particulars)
       : c(coefficients.cast<T>()), p(particulars) {}
 
+  void scale_thrust(const T& k) {
+    for (T& coefficient : c.K_T_ahead) coefficient *= k;
+    for (T& coefficient : c.K_T_astern) coefficient *= k;
+  }
+  /// w_P of straight ahead motion plus this much.
+  void increase_wake(const T& dw) { c.a[0] -= dw; }
+  /// w_P of straight ahead motion by this factor.
+  void scale_wake(const T& k) { c.a = {1.0 - k * (1.0 - c.a[0]), k * c.a[1], k * c.a[2]}; }
+
   PropellerFlow<T> flow(const Vec3<T>& nu, const T& n_P) const {
     using std::abs, std::sqrt;
     const T& u = nu(0);

@@ -32,6 +32,13 @@ struct SingleRudder {
         D_P(D_P_m),
         eta(std::min(1.0, D_P_m / std::sqrt(c.A_R * c.aspect_ratio))) {}
 
+  /// The normal force by a factor; of the two sides' the port one's belongs to the only rudder.
+  void scale_normal_force(const T& k, const T&) { c.f_alpha *= k; }
+  void scale_flow_straightening(const T& k) {
+    c.gamma_R_negative *= k;
+    c.gamma_R_positive *= k;
+  }
+
   Vec3<T> force(const Vec3<T>& nu, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
     using std::cos, std::sin, std::sqrt;
     const T& delta = actuators[Channel::delta];

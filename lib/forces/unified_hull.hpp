@@ -42,6 +42,17 @@ struct UnifiedHull {
   UnifiedHull(const UnifiedHullCoefficients<double>& coefficients, const Particulars& particulars)
       : c(coefficients.cast<T>()), p(particulars) {}
 
+  /// The resistance ahead and astern by this factor.
+  void scale_resistance(const T& k) {
+    c.X_0F *= k;
+    c.X_0A *= k;
+  }
+  /// All forces by this factor.
+  void scale(const T& k) {
+    scale_resistance(k);
+    for (T* coefficient : {&c.X_vr, &c.Y_v, &c.Y_r, &c.N_v, &c.N_r, &c.C_D}) *coefficient *= k;
+  }
+
   Vec3<T> force(const Vec3<T>& nu) const {
     using std::abs, std::atan2, std::sqrt;
     const T &u = nu(0), &v = nu(1);

@@ -25,8 +25,9 @@ struct VectwinRudders {
   static constexpr std::string_view name = "vectwin-kang-2008";
   VectwinRuddersCoefficients<T> c;
   Particulars p;
-  double D_P, pitch;  ///< of the propeller in front [m]
-  double eta;         ///< share of the rudder's height in the slipstream
+  double D_P, pitch;                                          ///< of the propeller in front [m]
+  double eta;                                                 ///< share of the rudder's height in the slipstream
+  T k_port = T(1.0), k_starboard = T(1.0), k_gamma = T(1.0);  ///< on the normal forces, on the flow straightening
 
   VectwinRudders(const VectwinRuddersCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m,
                  double pitch_m)
@@ -35,6 +36,12 @@ struct VectwinRudders {
         D_P(D_P_m),
         pitch(pitch_m),
         eta(std::min(1.0, D_P_m / std::sqrt(c.A_R * c.aspect_ratio))) {}
+
+  void scale_normal_force(const T& port, const T& starboard) {
+    k_port *= port;
+    k_starboard *= starboard;
+  }
+  void scale_flow_straightening(const T& k) { k_gamma *= k; }
 
   /// Normal forces [N] of the two rudders.
   struct NormalForces {
@@ -97,14 +104,14 @@ struct VectwinRudders {
     T gamma_s(0.0), gamma_p(0.0);
     if (u * u + v_m * v_m > T(kAtRest_m2ps2)) {
       const T beta = atan2(T(-v_m), u);
-      gamma_s = straightening(kStarboard, beta, delta_s2);
-      gamma_p = straightening(kPort, beta, delta_p2);
+      gamma_s = k_gamma * straightening(kStarboard, beta, delta_s2);
+      gamma_p = k_gamma * straightening(kPort, beta, delta_p2);
     }
     const bool to_starboard = !(r < T(0.0));
     const double l_s = c.x_R * (to_starboard ? (delta_s2 < T(0.0) ? 0.2 : 0.0) : (delta_s2 < T(0.0) ? 0.4 : 0.6));
     const double l_p = c.x_R * (to_starboard ? (delta_p2 < T(0.0) ? 0.6 : 0.4) : (delta_p2 < T(0.0) ? 0.0 : 0.2));
-    return {normal_force(u_Rp, T(-gamma_p * v_m - l_p * r), delta_p2),
-            normal_force(u_Rs, T(-gamma_s * v_m - l_s * r), delta_s2)};
+    return {k_port * normal_force(u_Rp, T(-gamma_p * v_m - l_p * r), delta_p2),
+            k_starboard * normal_force(u_Rs, T(-gamma_s * v_m - l_s * r), delta_s2)};
   }
 
  private:

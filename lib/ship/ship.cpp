@@ -185,10 +185,25 @@ Actuator read_actuator(const JsonObject& json) {
   return a;
 }
 
+EffectEntry read_effect(const JsonObject& json) {
+  EffectEntry entry{json.text("type"), {}, json.file(), json.pointer("")};
+  entry.pointer.pop_back();  // the slash
+  for (const std::string& key : json.keys()) {
+    if (key == "type") continue;
+    if (key == "description" || key == "source")
+      json.text(key);
+    else if (json.value(key).is_null())
+      entry.parameters.emplace_back(key, std::nullopt);
+    else
+      entry.parameters.emplace_back(key, json.number(key));
+  }
+  return entry;
+}
+
 // The channels that the force modules read.
 std::vector<Channel> channels_of_modules(const Ship& ship) {
   std::vector<Channel> channels;
-  if (std::holds_alternative<VectwinRuddersCoefficients<double>>(ship.rudder))
+  if (ship.has_twin_rudders())
     channels = {Channel::delta_p, Channel::delta_s};
   else
     channels = {Channel::delta};
@@ -249,10 +264,21 @@ Ship read_ship(const std::string& name_or_path) {
   for (const Actuator& actuator : ship.actuators)
     if (std::find(read.begin(), read.end(), actuator.channel) == read.end())
       json.fail("actuators", fmt::format("no force module reads '{}'", info(actuator.channel).name));
+  if (json.has("effects"))
+    for (const JsonObject& effect : json.objects("effects")) ship.effects.push_back(read_effect(effect));
   ship.u0_mps = json.number("u0_mps");
   ship.random_interval_s = json.number("random_interval_s", kPositive);
   json.check_all_known();
   return ship;
+}
+
+std::vector<EffectEntry> read_effects(const std::string& path) {
+  const io::Json text = io::read_json(path);
+  std::vector<EffectEntry> effects;
+  if (!text.is_array()) return {read_effect(JsonObject(text, path))};
+  for (std::size_t i = 0; i < text.size(); ++i)
+    effects.push_back(read_effect(JsonObject(text[i], path, fmt::format("/{}", i))));
+  return effects;
 }
 
 }  // namespace leeway

@@ -2,12 +2,20 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
 
 namespace leeway {
+
+/// Physics added to the standard model, as the JSON gives it; effects/registry.hpp knows the names and checks them.
+struct EffectEntry {
+  std::string type;
+  std::vector<std::pair<std::string, std::optional<double>>> parameters;  ///< null: nothing
+  std::string file, pointer;                                              ///< where it stands, for messages
+};
 
 /// A ship as its JSON describes it: complete and checked. SI and radians.
 struct Ship {
@@ -20,18 +28,25 @@ struct Ship {
   std::vector<ThrusterCoefficients> thrusters;
   std::optional<WindCoefficients> wind;
   std::vector<Actuator> actuators;  ///< every channel that a module reads, each once
-  double u0_mps = 0.0;              ///< surge at which maneuvers start unless told otherwise
-  double random_interval_s = 0.0;   ///< time between random orders
+  std::vector<EffectEntry> effects;
+  double u0_mps = 0.0;             ///< surge at which maneuvers start unless told otherwise
+  double random_interval_s = 0.0;  ///< time between random orders
 
   /// Nothing where the ship has no such actuator.
   const Actuator* find_actuator(Channel channel) const;
   std::vector<Channel> actuator_channels() const;
   Actuators<double> initial_actuators() const;
+  bool has_twin_rudders() const { return std::holds_alternative<VectwinRuddersCoefficients<double>>(rudder); }
+  /// C_b as the mass implies it: m' L/(2 B).
+  double block_coefficient() const { return inertia.m * particulars.L_pp / (2.0 * particulars.B); }
 };
 
 /// Reads a ship ("-": standard input): a path, or the name of a shipped one such as "vectwin-3m". docs/mmg-sim.md
 /// describes the keys. Throws InputError for an unknown, missing or impossible value, for a module without its
 /// actuator, and for an actuator that no module reads; UsageError for a name that is not shipped.
 Ship read_ship(const std::string& name_or_path);
+
+/// Reads one effect (a JSON object with "type") or an array of them, for Ship::effects.
+std::vector<EffectEntry> read_effects(const std::string& path);
 
 }  // namespace leeway

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "effects/effect.hpp"
+
+namespace leeway {
+
+template <typename T>
+struct ActuatorDelay {
+  static constexpr EffectInfo info{
+      .name = "actuator-delay",
+      .number = "E31",
+      .sentence = "The rudders act later than their recorded angles say.",
+      .formula = "delta(t - delay), each rudder, linear between known angles; before the start the first angle holds",
+      .source =
+          "a shift in time of the recorded angle; nothing where the angles are measured at the stock without delay",
+      .look_alikes = "actuator-rate, actuator-lag, added-mass (J_z)",
+      .separating_maneuver = "rudder steps and ramps of two sizes",
+  };
+  static constexpr std::array<EffectParameter, 1> parameters{{
+      {"delay_s", "time by which the rudders act later", 0.0, kNone, 0.0, 1e4, uniform(0.0, 3.0), uniform(0.0, 10.0)},
+  }};
+
+  T delay;
+
+  ActuatorDelay(const std::array<T, 1>& value, const Ship&) : delay(value[0]) {}
+
+  T rudder_delay_s() const { return delay; }
+};
+
+}  // namespace leeway

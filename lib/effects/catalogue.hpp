@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+namespace leeway {
+
+/// The catalogue of effects as text for a terminal, or one effect of it. Throws UsageError for an unknown name.
+std::string catalogue_text(const std::string& effect = "");
+
+/// docs/effects.md: the catalogue as a page.
+std::string catalogue_page();
+
+}  // namespace leeway

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string_view>
+
+#include "core/types.hpp"
+#include "forces/inertia.hpp"
+#include "forces/registry.hpp"
+
+/// Physics that a model can lack. Each effect is one header: what it is, its formula, its parameters with their priors,
+/// and the code. An effect does what it has members for; registry.hpp calls them:
+///
+///   void change(ModelParts<T>&)                       coefficients, once, when the model is made
+///   void act(Actuators<T>&) const                     what acts instead of what the recording says
+///   Vec2<T> wind(const Situation<T>&) const           added to the true wind, from-vector in earth axes [m/s]
+///   WaterMotion<T> water(const Situation<T>&) const   added to the motion of the water
+///   Vec3<T> force(const Situation<T>&) const          added at midship (X [N], Y [N], N [N m])
+///   T rudder_delay_s() const                          the rudders act this much later than recorded
+///
+/// At zero strength an effect changes nothing, to the last bit.
+namespace leeway {
+
+/// What is known about a parameter before any recording was seen. Median and sd in the parameter's unit, the sd of a
+/// log-normal in natural logarithms; bounds are hard.
+struct Prior {
+  enum class Kind { normal, log_normal, rayleigh, uniform } kind;
+  double median, sd, low, high;
+};
+constexpr Prior normal(double median, double sd, double low, double high) {
+  return {Prior::Kind::normal, median, sd, low, high};
+}
+constexpr Prior log_normal(double median, double log_sd, double low, double high) {
+  return {Prior::Kind::log_normal, median, log_sd, low, high};
+}
+/// The length of a vector whose two components are normal with this sd and mean 0.
+constexpr Prior rayleigh(double sd, double high) {
+  return {Prior::Kind::rayleigh, sd * 1.1774100225154747 /* sqrt(2 ln 2) */, sd, 0.0, high};
+}
+constexpr Prior uniform(double low, double high) {
+  return {Prior::Kind::uniform, 0.5 * (low + high), 0.28867513459481287 * (high - low), low, high};
+}
+inline constexpr Prior kAnyDirection = uniform(0.0, 360.0);
+
+/// One parameter of an effect, in the unit that its name carries.
+struct EffectParameter {
+  std::string_view name, meaning;
+  double off;        ///< the value at which the effect vanishes; NaN where no finite value does
+  double otherwise;  ///< taken where the ship JSON does not give it; NaN: it must be given
+  double low, high;  ///< what makes sense at all
+  Prior at_3m, at_150m;
+};
+inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+struct EffectInfo {
+  std::string_view name, number;  ///< as in the ship JSON; in the catalogue of missing physics
+  std::string_view sentence;      ///< what it is, to a person
+  std::string_view formula, source;
+  std::string_view look_alikes, separating_maneuver;
+};
+
+/// What effects may change when the model is made.
+template <typename T>
+struct ModelParts {
+  const Ship& ship;
+  Inertia<T>& inertia;
+  ForceModules<T>& modules;
+};
+
+/// What effects may look at during a run. Frames and signs as in docs/conventions.md.
+template <typename T>
+struct Situation {
+  double t_s;
+  Vec3<T> eta;                  ///< (x0, y0 [m], psi [rad])
+  T cos_psi, sin_psi;           ///< of the heading
+  Vec3<T> nu_ground, nu_water;  ///< (u, v_m [m/s], r [rad/s]); only force() may look at them
+  Vec2<T> to_ship(const Vec2<T>& earth) const {
+    return {cos_psi * earth(0) + sin_psi * earth(1), -sin_psi * earth(0) + cos_psi * earth(1)};
+  }
+};
+
+/// Velocity [m/s] of the water in earth axes, and its change along the ship's path [m/s^2].
+template <typename T>
+struct WaterMotion {
+  Vec2<T> velocity = Vec2<T>::Zero(), rate = Vec2<T>::Zero();
+};
+
+/// Thrown by the constructor of an effect that needs something that the ship does not have.
+struct EffectNotApplicable : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace leeway

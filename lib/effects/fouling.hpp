@@ -1,0 +1,34 @@
+#pragma once
+
+#include "effects/effect.hpp"
+
+namespace leeway {
+
+template <typename T>
+struct Fouling {
+  static constexpr EffectInfo info{
+      .name = "fouling",
+      .number = "E14",
+      .sentence = "A rough or overgrown hull: more resistance ahead and astern, and a slightly larger wake.",
+      .formula = "X_0 (1 + resistance_increase); w_P + 0.03 resistance_increase",
+      .source = "size: Townsin and ITTC roughness allowance, Schultz (2007): up to 86 % more power when heavily fouled",
+      .look_alikes = "thrust-loss, shallow-water, head wind",
+      .separating_maneuver =
+          "coast-down with n = 0 (fouling stays, thrust loss vanishes) and acceleration from rest (the reverse)",
+  };
+  static constexpr std::array<EffectParameter, 1> parameters{{
+      {"resistance_increase", "added share of the resistance: 0.2 is 20 %", 0.0, kNone, -1.0, kUnbounded,
+       log_normal(0.15, 0.7, 0.0, 0.8), log_normal(0.15, 0.7, 0.0, 0.8)},
+  }};
+
+  T f;
+
+  Fouling(const std::array<T, 1>& value, const Ship&) : f(value[0]) {}
+
+  void change(ModelParts<T>& parts) const {
+    std::visit([&](auto& hull) { hull.scale_resistance(1.0 + f); }, parts.modules.hull);
+    std::visit([&](auto& propeller) { propeller.increase_wake(0.03 * f); }, parts.modules.propeller);
+  }
+};
+
+}  // namespace leeway

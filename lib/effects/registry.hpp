@@ -1,0 +1,165 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "core/errors.hpp"
+#include "effects/actuator_delay.hpp"
+#include "effects/body_force.hpp"
+#include "effects/cross_flow_drag.hpp"
+#include "effects/draft.hpp"
+#include "effects/earth_force.hpp"
+#include "effects/fouling.hpp"
+#include "effects/rudder_effectiveness.hpp"
+#include "effects/rudder_offset.hpp"
+#include "effects/shallow_water.hpp"
+#include "effects/steady_current.hpp"
+#include "effects/thrust_loss.hpp"
+#include "effects/thruster_gain.hpp"
+#include "effects/thruster_speed_loss.hpp"
+#include "effects/tug.hpp"
+#include "effects/unmeasured_wind.hpp"
+#include "effects/varying_current.hpp"
+#include "effects/wake.hpp"
+#include "effects/wave_drift.hpp"
+#include "effects/windage.hpp"
+
+namespace leeway {
+
+/// The one list of effects, in the order of the catalogue. A new one adds its header and its name here.
+template <typename T>
+using Effect = std::variant<SteadyCurrent<T>, VaryingCurrent<T>, ShallowWater<T>, Windage<T>, UnmeasuredWind<T>,
+                            WaveDrift<T>, Fouling<T>, Draft<T>, CrossFlowDrag<T>, ThrustLoss<T>, Wake<T>,
+                            RudderOffset<T>, RudderEffectiveness<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>,
+                            ActuatorDelay<T>, Tug<T>, BodyForce<T>, EarthForce<T>>;
+
+/// What is known of an effect before any ship: its text and its parameters.
+struct EffectDescription {
+  EffectInfo info;
+  std::span<const EffectParameter> parameters;
+};
+
+/// All effects, in the order of the list above.
+const std::vector<EffectDescription>& effect_catalogue();
+
+/// The values of an effect's parameters in the catalogue's order and units, completed where the ship JSON leaves them
+/// out; nothing where a null switches the effect off. Throws InputError for an unknown effect or parameter, a missing
+/// or impossible value.
+struct EffectValues {
+  std::size_t type;  ///< place in the catalogue
+  std::vector<double> values;
+};
+std::optional<EffectValues> effect_values(const EffectEntry& entry);
+
+/// The effect at this place in the catalogue, with parameter values in the catalogue's units. Throws
+/// EffectNotApplicable if the ship lacks what it needs.
+template <typename T>
+Effect<T> make_effect(std::size_t type, std::span<const T> values, const Ship& ship) {
+  const auto make = [&]<std::size_t i>(auto&& self, std::integral_constant<std::size_t, i>) -> Effect<T> {
+    if constexpr (i < std::variant_size_v<Effect<T>>) {
+      using Type = std::variant_alternative_t<i, Effect<T>>;
+      if (type != i) return self(self, std::integral_constant<std::size_t, i + 1>{});
+      std::array<T, Type::parameters.size()> array;
+      for (std::size_t k = 0; k < array.size(); ++k) array[k] = values[k];
+      return Type(array, ship);
+    } else {
+      throw std::out_of_range("no such effect");
+    }
+  };
+  return make(make, std::integral_constant<std::size_t, 0>{});
+}
+
+/// The effects of a ship, and what they do together.
+template <typename T>
+class Effects {
+ public:
+  Effects() = default;
+  /// Throws InputError, which points into the ship's JSON, for whatever is wrong with an entry.
+  explicit Effects(const Ship& ship) {
+    for (const EffectEntry& entry : ship.effects) {
+      const std::optional<EffectValues> values = effect_values(entry);
+      if (!values) continue;
+      const std::vector<T> cast(values->values.begin(), values->values.end());
+      try {
+        add(make_effect<T>(values->type, cast, ship));
+      } catch (const EffectNotApplicable& problem) {
+        throw InputError(entry.file, 0, entry.pointer, entry.type + ": " + problem.what());
+      }
+    }
+  }
+
+  void add(Effect<T> effect) {
+    std::visit(
+        [&]<typename E>(const E& e) {
+          acts_ |= requires(Actuators<T> & a) { e.act(a); };
+          blows_ |= requires(Situation<T> at) { e.wind(at); };
+          moves_water_ |= requires(Situation<T> at) { e.water(at); };
+          pushes_ |= requires(Situation<T> at) { e.force(at); };
+          if constexpr (requires { e.rudder_delay_s(); }) rudder_delay_s_ += e.rudder_delay_s();
+        },
+        effect);
+    effects_.push_back(std::move(effect));
+  }
+
+  bool empty() const { return effects_.empty(); }
+  /// Whether there is anything to do during a run; other effects are done when the model is made.
+  bool act() const { return acts_; }
+  bool blow() const { return blows_; }
+  bool moves_water() const { return moves_water_; }
+  bool push() const { return pushes_; }
+  const T& rudder_delay_s() const { return rudder_delay_s_; }
+
+  void change(ModelParts<T> parts) const {
+    for (const Effect<T>& effect : effects_)
+      std::visit(
+          [&](const auto& e) {
+            if constexpr (requires { e.change(parts); }) e.change(parts);
+          },
+          effect);
+  }
+  void act(Actuators<T>& actuators) const {
+    for_each([&](const auto& e) {
+      if constexpr (requires { e.act(actuators); }) e.act(actuators);
+    });
+  }
+  /// Sums over the effects; `at.nu_ground` and `at.nu_water` are read by force() alone.
+  Vec2<T> wind(const Situation<T>& at) const {
+    Vec2<T> sum = Vec2<T>::Zero();
+    for_each([&](const auto& e) {
+      if constexpr (requires { e.wind(at); }) sum += e.wind(at);
+    });
+    return sum;
+  }
+  WaterMotion<T> water(const Situation<T>& at) const {
+    WaterMotion<T> sum;
+    for_each([&](const auto& e) {
+      if constexpr (requires { e.water(at); }) {
+        const WaterMotion<T> one = e.water(at);
+        sum.velocity += one.velocity;
+        sum.rate += one.rate;
+      }
+    });
+    return sum;
+  }
+  Vec3<T> force(const Situation<T>& at) const {
+    Vec3<T> sum = Vec3<T>::Zero();
+    for_each([&](const auto& e) {
+      if constexpr (requires { e.force(at); }) sum += e.force(at);
+    });
+    return sum;
+  }
+
+ private:
+  template <typename Call>
+  void for_each(const Call& call) const {
+    for (const Effect<T>& effect : effects_) std::visit(call, effect);
+  }
+
+  std::vector<Effect<T>> effects_;
+  bool acts_ = false, blows_ = false, moves_water_ = false, pushes_ = false;
+  T rudder_delay_s_ = T(0.0);
+};
+
+}  // namespace leeway

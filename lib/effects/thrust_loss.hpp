@@ -1,0 +1,32 @@
+#pragma once
+
+#include "effects/effect.hpp"
+
+namespace leeway {
+
+template <typename T>
+struct ThrustLoss {
+  static constexpr EffectInfo info{
+      .name = "thrust-loss",
+      .number = "E22",
+      .sentence = "The propeller gives less thrust at the same revolutions, and the rudder less slipstream.",
+      .formula = "K_T k_T, ahead and astern",
+      .source = "factor on the ship's open-water curves",
+      .look_alikes = "fouling, wake",
+      .separating_maneuver = "coast-down with n = 0, and the rudder's response at the same revolutions",
+  };
+  static constexpr std::array<EffectParameter, 1> parameters{{
+      {"k_T", "factor on K_T", 1.0, kNone, 0.0, kUnbounded, log_normal(0.95, 0.1, 0.5, 1.1),
+       log_normal(0.95, 0.1, 0.5, 1.1)},
+  }};
+
+  T k_T;
+
+  ThrustLoss(const std::array<T, 1>& value, const Ship&) : k_T(value[0]) {}
+
+  void change(ModelParts<T>& parts) const {
+    std::visit([&](auto& propeller) { propeller.scale_thrust(k_T); }, parts.modules.propeller);
+  }
+};
+
+}  // namespace leeway

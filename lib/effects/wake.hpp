@@ -1,0 +1,34 @@
+#pragma once
+
+#include "effects/effect.hpp"
+
+namespace leeway {
+
+template <typename T>
+struct Wake {
+  static constexpr EffectInfo info{
+      .name = "wake",
+      .number = "E23",
+      .sentence =
+          "The propeller works in a stronger or weaker wake than the model says; thrust and slipstream change "
+          "together.",
+      .formula = "w_P + wake_fraction_increase, ahead",
+      .source = "shift of the ship's wake fraction",
+      .look_alikes = "rudder-effectiveness, shallow-water",
+      .separating_maneuver = "the same rudder angle at several ratios n/u, n = 0 among them",
+  };
+  static constexpr std::array<EffectParameter, 1> parameters{{
+      {"wake_fraction_increase", "added to w_P", 0.0, kNone, -1.0, 1.0, normal(0.0, 0.05, -0.3, 0.3),
+       normal(0.0, 0.05, -0.3, 0.3)},
+  }};
+
+  T increase;
+
+  Wake(const std::array<T, 1>& value, const Ship&) : increase(value[0]) {}
+
+  void change(ModelParts<T>& parts) const {
+    std::visit([&](auto& propeller) { propeller.increase_wake(increase); }, parts.modules.propeller);
+  }
+};
+
+}  // namespace leeway
