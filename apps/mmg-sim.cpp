@@ -73,8 +73,9 @@ void add_maneuver_options(CLI::App& sub, SimOptions& opt) {
   sub.add_option("--wind-dir-deg", opt.wind_dir_deg, "direction that the true wind comes from, 0: from +x0 [deg]")
       ->check(cli::in_range(-360.0, 360.0))
       ->capture_default_str();
-  sub.add_option("--wind", opt.wind, "how the wind varies: steady")
-      ->check(CLI::IsMember({"steady"}))
+  sub.add_option("--wind", opt.wind,
+                 "steady, or stochastic about the given speed and direction, by a process that follows --seed")
+      ->check(CLI::IsMember({"steady", "stochastic"}))
       ->capture_default_str();
   add_noise(sub, opt);
   add_output(sub, opt, "trajectory (CSV), '-' for stdout");
@@ -85,6 +86,13 @@ void add_rudder(CLI::App& sub, double& rudder_deg) {
                  "rudder angle, both rudders where there are two; negative: to port first [deg]")
       ->check(cli::in_range(-180.0, 180.0))
       ->capture_default_str();
+}
+
+WindProcess wind_of(const SimOptions& opt) {
+  const double direction = deg_to_rad(opt.wind_dir_deg);
+  if (opt.wind == "stochastic")
+    return WindProcess::stochastic(opt.wind_speed_mps, direction, {opt.common.seed, "stochastic wind"});
+  return WindProcess::steady(opt.wind_speed_mps, direction);
 }
 
 SimulatedShip ship_at_start(const Ship& ship, const SimOptions& opt) {
@@ -121,8 +129,7 @@ void run_maneuver(const SimOptions& opt, MakeManeuver make) {
     for (Actuator& actuator : ship.actuators)  // ordered revolutions stay, also in a random run
       if (actuator.channel == Channel::n_p) actuator.is_random = false;
   const auto maneuver = make(ship, opt);
-  write_result(opt, simulate(ship_at_start(ship, opt), *maneuver,
-                             wind_from_vector(opt.wind_speed_mps, deg_to_rad(opt.wind_dir_deg)), opt.grid));
+  write_result(opt, simulate(ship_at_start(ship, opt), *maneuver, wind_of(opt), opt.grid));
 }
 
 void run_replay(const SimOptions& opt) {

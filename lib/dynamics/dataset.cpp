@@ -64,6 +64,13 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
     run.wind_speed_mps = read_range(*wind, "speed_mps", io::kNotNegative);
     const DrawnRange deg = read_range(*wind, "dir_deg", {});
     run.wind_dir = {deg_to_rad(deg.low), deg_to_rad(deg.high)};
+    run.has_stochastic_wind = wind->has("kind") && wind->word("kind", {"steady", "stochastic"}) == "stochastic";
+    if (run.has_stochastic_wind) {
+      const double longest_s = longest_wind_step_s(run.wind_speed_mps.high);
+      if (grid.dt_s > longest_s)
+        wind->fail("kind", fmt::format("stochastic wind of {} m/s needs a dt_s of at most {:.3g} s, not {} s",
+                                       run.wind_speed_mps.high, longest_s, grid.dt_s));
+    }
     wind->check_all_known();
   }
   const auto count = static_cast<std::size_t>(json.integer_or("count", 1, {1.0, 100000.0}));
@@ -116,7 +123,10 @@ Trajectory simulate_run(const DatasetSpec& spec, const RunSpec& run, std::uint64
                         : run.kind == ManeuverKind::zigzag ? zigzag(spec.ship, run.rudder, run.heading)
                                                            : random_orders(spec.ship, {seed, "random orders", place});
   try {
-    return simulate(ship, *maneuver, wind_from_vector(speed, direction),
+    return simulate(ship, *maneuver,
+                    run.has_stochastic_wind
+                        ? WindProcess::stochastic(speed, direction, {seed, "stochastic wind", place})
+                        : WindProcess::steady(speed, direction),
                     {spec.grid.dt_s, spec.grid.sample_s, run.duration_s});
   } catch (const NumericalError& error) {
     throw NumericalError(fmt::format("{}: {}", run.name, error.what()));

@@ -22,7 +22,8 @@ struct RunSpec {
   ManeuverKind kind = ManeuverKind::random;
   double rudder = 0.0, heading = 0.0;  ///< [rad]
   double u0_mps = 0.0, duration_s = 0.0;
-  DrawnRange wind_speed_mps, wind_dir;  ///< [m/s], [rad]
+  DrawnRange wind_speed_mps, wind_dir;  ///< [m/s], [rad]; means where the wind is stochastic
+  bool has_stochastic_wind = false;
 };
 
 struct DatasetSpec {

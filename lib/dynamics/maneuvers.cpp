@@ -73,7 +73,7 @@ std::unique_ptr<Maneuver> random_orders(const Ship& ship, RandomStream stream) {
   return std::make_unique<RandomOrders>(ship, stream);
 }
 
-Trajectory simulate(SimulatedShip start, Maneuver& maneuver, const Vec2<double>& true_wind, const TimeGrid& grid,
+Trajectory simulate(SimulatedShip start, Maneuver& maneuver, WindProcess wind, const TimeGrid& grid,
                     Integrator integrator) {
   grid.check();
   const std::size_t steps = grid.steps_per_sample() * grid.samples();
@@ -86,10 +86,11 @@ Trajectory simulate(SimulatedShip start, Maneuver& maneuver, const Vec2<double>&
       throw NumericalError(
           fmt::format("the simulation diverged at {} s; reduce the time step (now {} s)", t_s, grid.dt_s));
     if (k % grid.steps_per_sample() == 0)
-      append_sample(trajectory, ship.ship, t_s, ship.state, {ship.actuators, true_wind});
+      append_sample(trajectory, ship.ship, t_s, ship.state, {ship.actuators, wind.value()});
     if (k == steps) return trajectory;
     maneuver.order(t_s, ship.state, command);
-    ship.step(command, true_wind, grid.dt_s, integrator);
+    ship.step(command, wind.value(), grid.dt_s, integrator);
+    wind.advance(grid.dt_s);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/random.hpp"
 #include "dynamics/simulation.hpp"
+#include "dynamics/wind_process.hpp"
 
 namespace leeway {
 
@@ -28,8 +29,8 @@ std::unique_ptr<Maneuver> zigzag(const Ship& ship, double rudder_rad, double hea
 std::unique_ptr<Maneuver> random_orders(const Ship& ship, RandomStream stream);
 
 /// Runs a maneuver from the given state. Throws NumericalError with the time if a state stops being finite.
-///   start  the ship at t = 0;  true_wind  steady, from-vector in earth axes [m/s]
-Trajectory simulate(SimulatedShip start, Maneuver& maneuver, const Vec2<double>& true_wind, const TimeGrid& grid,
+///   start  the ship at t = 0;  wind  the true wind from t = 0 on, held over each time step
+Trajectory simulate(SimulatedShip start, Maneuver& maneuver, WindProcess wind, const TimeGrid& grid,
                     Integrator integrator = Integrator::rk4);
 
 }  // namespace leeway

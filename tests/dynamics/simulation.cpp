@@ -114,7 +114,7 @@ TEST_CASE("zigzag: the rudder goes over when the heading has changed by the set 
   const Ship ship = read_ship("esso-osaka-3m");
   for (const double side : {-1.0, 1.0}) {
     const auto maneuver = zigzag(ship, side * 10.0 * kDegree, 10.0 * kDegree);
-    const Trajectory t = simulate(SimulatedShip(ship), *maneuver, {0.0, 0.0}, {0.1, 0.1, 150.0});
+    const Trajectory t = simulate(SimulatedShip(ship), *maneuver, {}, {0.1, 0.1, 150.0});
     CHECK_THAT(t[Channel::delta][10] / kDegree, WithinAbs(side * 10.0, 0.1));
     std::size_t turns = 0;
     for (std::size_t i = 1; i < t.size(); ++i)
@@ -130,7 +130,7 @@ TEST_CASE("random orders: they follow the seed, stay within limits and come ever
   const Ship ship = read_ship("vectwin-3m");
   const auto once = [&](std::uint64_t seed) {
     const auto maneuver = random_orders(ship, {seed, "random orders"});
-    return simulate(SimulatedShip(ship), *maneuver, {0.0, 0.0}, {0.1, 1.0, 200.0});
+    return simulate(SimulatedShip(ship), *maneuver, {}, {0.1, 1.0, 200.0});
   };
   const Trajectory a = once(3), b = once(3), c = once(4);
   CHECK(a[Channel::delta_p] == b[Channel::delta_p]);
@@ -149,5 +149,5 @@ TEST_CASE("simulation: times that do not divide and divergence are refused", "[d
   CHECK(grid_time(3, 0.1) == 0.3);
   const Ship ship = read_ship("vectwin-3m");
   const auto maneuver = turning(ship, 0.5);
-  CHECK_THROWS_AS(simulate(SimulatedShip(ship), *maneuver, {0.0, 0.0}, {100.0, 100.0, 10000.0}), NumericalError);
+  CHECK_THROWS_AS(simulate(SimulatedShip(ship), *maneuver, {}, {100.0, 100.0, 10000.0}), NumericalError);
 }
