@@ -9,6 +9,9 @@
 #include "forces/kang_propeller.hpp"
 #include "forces/side_thruster.hpp"
 #include "forces/single_rudder.hpp"
+#include "forces/standard_hull.hpp"
+#include "forces/standard_propeller.hpp"
+#include "forces/standard_rudder.hpp"
 #include "forces/unified_hull.hpp"
 #include "forces/vectwin_rudders.hpp"
 #include "ship/ship.hpp"
@@ -18,11 +21,11 @@ namespace leeway {
 /// The one list of force modules, by slot. A new one adds its header and its name here, its coefficients to
 /// ship/coefficients.hpp and its keys to ship/ship.cpp.
 template <typename T>
-using HullModule = std::variant<UnifiedHull<T>>;
+using HullModule = std::variant<UnifiedHull<T>, StandardHull<T>>;
 template <typename T>
-using PropellerModule = std::variant<KangPropeller<T>, FourQuadrantPropeller<T>>;
+using PropellerModule = std::variant<KangPropeller<T>, FourQuadrantPropeller<T>, StandardPropeller<T>>;
 template <typename T>
-using RudderModule = std::variant<VectwinRudders<T>, SingleRudder<T>>;
+using RudderModule = std::variant<VectwinRudders<T>, SingleRudder<T>, StandardRudder<T>>;
 template <typename T>
 using ThrusterModule = std::variant<SideThruster<T>>;
 template <typename T>
@@ -57,11 +60,17 @@ struct ForceModules {
   static HullModule<T> module_of(const UnifiedHullCoefficients<double>& c, const Ship& s) {
     return UnifiedHull<T>(c, s.particulars);
   }
+  static HullModule<T> module_of(const StandardHullCoefficients<double>& c, const Ship& s) {
+    return StandardHull<T>(c, s.particulars);
+  }
   static PropellerModule<T> module_of(const KangPropellerCoefficients<double>& c, const Ship& s) {
     return KangPropeller<T>(c, s.particulars);
   }
   static PropellerModule<T> module_of(const FourQuadrantPropellerCoefficients<double>& c, const Ship& s) {
     return FourQuadrantPropeller<T>(c, s.particulars);
+  }
+  static PropellerModule<T> module_of(const StandardPropellerCoefficients<double>& c, const Ship& s) {
+    return StandardPropeller<T>(c, s.particulars);
   }
   static RudderModule<T> module_of(const VectwinRuddersCoefficients<double>& c, const Ship& s) {
     const auto [D_P, pitch] =
@@ -70,6 +79,9 @@ struct ForceModules {
   }
   static RudderModule<T> module_of(const SingleRudderCoefficients<double>& c, const Ship& s) {
     return SingleRudder<T>(c, s.particulars, std::visit([](const auto& m) { return m.D_P; }, s.propeller));
+  }
+  static RudderModule<T> module_of(const StandardRudderCoefficients<double>& c, const Ship& s) {
+    return StandardRudder<T>(c, s.particulars, std::visit([](const auto& m) { return m.D_P; }, s.propeller));
   }
   static ThrusterModule<T> module_of(const SideThrusterCoefficients<double>& c, const Ship& s) {
     return SideThruster<T>(c, s.particulars);

@@ -45,6 +45,20 @@ struct UnifiedHullCoefficients {
   }
 };
 
+/// Yasukawa & Yoshimura (2015), MMG standard method; forces/standard_hull.hpp.
+template <typename T>
+struct StandardHullCoefficients {
+  T R_0, X_vv, X_vr, X_rr, X_vvvv;
+  T Y_v, Y_r, Y_vvv, Y_vvr, Y_vrr, Y_rrr;
+  T N_v, N_r, N_vvv, N_vvr, N_vrr, N_rrr;
+
+  template <typename U>
+  StandardHullCoefficients<U> cast() const {
+    return {U(R_0),   U(X_vv),  U(X_vr), U(X_rr), U(X_vvvv), U(Y_v),   U(Y_r),   U(Y_vvv), U(Y_vvr),
+            U(Y_vrr), U(Y_rrr), U(N_v),  U(N_r),  U(N_vvv),  U(N_vvr), U(N_vrr), U(N_rrr)};
+  }
+};
+
 /// Kang et al. (2008), propeller of a single-propeller twin-rudder ship; forces/kang_propeller.hpp.
 template <typename T>
 struct KangPropellerCoefficients {
@@ -108,6 +122,38 @@ struct FourQuadrantPropellerCoefficients {
   }
 };
 
+/// Propeller of the MMG standard method; forces/standard_propeller.hpp.
+template <typename T>
+struct StandardPropellerCoefficients {
+  double D_P, x_P;                ///< as above
+  double pitch_ratio;             ///< 0 where it is not given: for rudders that ask for it
+  std::array<T, 3> K_T;           ///< n >= 0: constant, J, J^2
+  T t_P, w_P0;                    ///< w_P0: on a straight run
+  T C_1;                          ///< how fast the wake goes away with |beta_P|
+  T C_2_negative, C_2_positive;   ///< (1 - w_P)/(1 - w_P0) far out, for beta_P < 0 and > 0
+  bool is_reversible;             ///< whether the law for n < 0 is there
+  std::array<T, 2> K_T_reversed;  ///< n < 0, J_s above J_s_reversed: constant, J_s
+  T K_T_reversed_low;             ///< n < 0, J_s below
+  double J_s_reversed;
+
+  template <typename U>
+  StandardPropellerCoefficients<U> cast() const {
+    return {D_P,
+            x_P,
+            pitch_ratio,
+            cast_all<U>(K_T),
+            U(t_P),
+            U(w_P0),
+            U(C_1),
+            U(C_2_negative),
+            U(C_2_positive),
+            is_reversible,
+            cast_all<U>(K_T_reversed),
+            U(K_T_reversed_low),
+            J_s_reversed};
+  }
+};
+
 /// VecTwin rudders after Kang et al. (2008); the regression's polynomials stand in forces/vectwin_rudders.hpp.
 template <typename T>
 struct VectwinRuddersCoefficients {
@@ -150,6 +196,33 @@ struct SingleRudderCoefficients {
   }
 };
 
+/// Rudder of the MMG standard method; forces/standard_rudder.hpp.
+template <typename T>
+struct StandardRudderCoefficients {
+  double A_R;  ///< [m^2]
+  double H_R;  ///< height [m]
+  double x_R;  ///< [m], + forward
+  T t_R, a_H, x_H, l_R, epsilon, kappa, gamma_R_negative, gamma_R_positive, f_alpha;
+  T k_reversed;  ///< share of a race that goes forward, felt on the propeller's suction side
+
+  template <typename U>
+  StandardRudderCoefficients<U> cast() const {
+    return {A_R,
+            H_R,
+            x_R,
+            U(t_R),
+            U(a_H),
+            U(x_H),
+            U(l_R),
+            U(epsilon),
+            U(kappa),
+            U(gamma_R_negative),
+            U(gamma_R_positive),
+            U(f_alpha),
+            U(k_reversed)};
+  }
+};
+
 /// Side thruster after Kobayashi (1988); forces/side_thruster.hpp.
 template <typename T>
 struct SideThrusterCoefficients {
@@ -175,10 +248,11 @@ struct FujiwaraWindGeometry {
   double H_BR, H_C;       ///< waterline to top of bridge and to the centroid of A_L [m]
 };
 
-using HullCoefficients = std::variant<UnifiedHullCoefficients<double>>;
-using PropellerCoefficients =
-    std::variant<KangPropellerCoefficients<double>, FourQuadrantPropellerCoefficients<double>>;
-using RudderCoefficients = std::variant<VectwinRuddersCoefficients<double>, SingleRudderCoefficients<double>>;
+using HullCoefficients = std::variant<UnifiedHullCoefficients<double>, StandardHullCoefficients<double>>;
+using PropellerCoefficients = std::variant<KangPropellerCoefficients<double>, FourQuadrantPropellerCoefficients<double>,
+                                           StandardPropellerCoefficients<double>>;
+using RudderCoefficients = std::variant<VectwinRuddersCoefficients<double>, SingleRudderCoefficients<double>,
+                                        StandardRudderCoefficients<double>>;
 using ThrusterCoefficients = std::variant<SideThrusterCoefficients<double>>;
 using WindCoefficients = std::variant<FujiwaraWindGeometry>;
 

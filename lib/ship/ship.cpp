@@ -46,8 +46,29 @@ InertiaCoefficients<double> read_inertia(const JsonObject& json) {
 }
 
 HullCoefficients read_hull(const JsonObject& json) {
-  json.word("type", {"unified-2009"});
+  const std::string type = json.word("type", {"unified-2009", "mmg-standard"});
   require_source(json);
+  if (type == "mmg-standard") {
+    const StandardHullCoefficients<double> c{json.number("R_0", kNotNegative),
+                                             json.number("X_vv"),
+                                             json.number("X_vr"),
+                                             json.number("X_rr"),
+                                             json.number("X_vvvv"),
+                                             json.number("Y_v"),
+                                             json.number("Y_r"),
+                                             json.number("Y_vvv"),
+                                             json.number("Y_vvr"),
+                                             json.number("Y_vrr"),
+                                             json.number("Y_rrr"),
+                                             json.number("N_v"),
+                                             json.number("N_r"),
+                                             json.number("N_vvv"),
+                                             json.number("N_vvr"),
+                                             json.number("N_vrr"),
+                                             json.number("N_rrr")};
+    json.check_all_known();
+    return c;
+  }
   const UnifiedHullCoefficients<double> c{
       json.number("X_0F"), json.number("X_0A"), json.number("X_vr"), json.number("Y_v"),  json.number("Y_r"),
       json.number("N_v"),  json.number("N_r"),  json.number("C_D"),  json.number("C_rY"), json.number("C_rN")};
@@ -55,9 +76,33 @@ HullCoefficients read_hull(const JsonObject& json) {
   return c;
 }
 
+StandardPropellerCoefficients<double> read_standard_propeller(const JsonObject& json) {
+  StandardPropellerCoefficients<double> c{};
+  c.D_P = json.number("D_P_m", kPositive);
+  c.x_P = json.number("x_P", {-0.6, 0.6});
+  c.pitch_ratio = json.number_or("pitch_ratio", 0.0, kPositive);
+  c.K_T = polynomial<3>(json, "K_T");
+  c.t_P = json.number("t_P", {0.0, 1.0});
+  c.w_P0 = json.number("w_P0", {0.0, 1.0});
+  c.C_1 = json.number("C_1", kNotNegative);
+  c.C_2_negative = json.number("C_2_negative", kPositive);
+  c.C_2_positive = json.number("C_2_positive", kPositive);
+  if (const auto reversed = json.object_if("reversed")) {
+    require_source(*reversed);
+    c.is_reversible = true;
+    c.K_T_reversed = polynomial<2>(*reversed, "K_T");
+    c.K_T_reversed_low = reversed->number("K_T_low");
+    c.J_s_reversed = reversed->number("J_s", {-10.0, 0.0});
+    reversed->check_all_known();
+  }
+  json.check_all_known();
+  return c;
+}
+
 PropellerCoefficients read_propeller(const JsonObject& json) {
-  const std::string type = json.word("type", {"kang-2008", "four-quadrant"});
+  const std::string type = json.word("type", {"kang-2008", "four-quadrant", "mmg-standard"});
   require_source(json);
+  if (type == "mmg-standard") return read_standard_propeller(json);
   const double D_P = json.number("D_P_m", kPositive), pitch_ratio = json.number("pitch_ratio", kPositive);
   const double x_P = json.number("x_P", {-0.6, 0.6});
   if (type == "kang-2008") {
@@ -99,10 +144,28 @@ PropellerCoefficients read_propeller(const JsonObject& json) {
 }
 
 RudderCoefficients read_rudder(const JsonObject& json) {
-  const std::string type = json.word("type", {"vectwin-kang-2008", "single"});
+  const std::string type = json.word("type", {"vectwin-kang-2008", "single", "mmg-standard"});
   require_source(json);
-  const double A_R = json.number("A_R_m2", kPositive), aspect_ratio = json.number("aspect_ratio", kPositive);
-  const double x_R = json.number("x_R_m"), t_R = json.number("t_R", {-1.0, 1.0});
+  const double A_R = json.number("A_R_m2", kPositive), x_R = json.number("x_R_m"),
+               t_R = json.number("t_R", {-1.0, 1.0});
+  if (type == "mmg-standard") {
+    const StandardRudderCoefficients<double> c{A_R,
+                                               json.number("H_R_m", kPositive),
+                                               x_R,
+                                               t_R,
+                                               json.number("a_H"),
+                                               json.number("x_H"),
+                                               json.number("l_R"),
+                                               json.number("epsilon", kPositive),
+                                               json.number("kappa", kNotNegative),
+                                               json.number("gamma_R_negative"),
+                                               json.number("gamma_R_positive"),
+                                               json.number("f_alpha", kPositive),
+                                               json.number("k_reversed", kNotNegative)};
+    json.check_all_known();
+    return c;
+  }
+  const double aspect_ratio = json.number("aspect_ratio", kPositive);
   const double k_x = json.number("k_x", kPositive);
   if (type == "vectwin-kang-2008") {
     json.check_all_known();
@@ -240,12 +303,16 @@ Ship read_ship(const std::string& name_or_path) {
   Ship ship;
   ship.file = path;
   ship.name = json.text("name");
-  json.text_or("description", "");
+  ship.description = json.text_or("description", "");
+  ship.scale = json.number_or("scale", 1.0, kPositive);
   ship.particulars = read_particulars(json.object("particulars"));
   ship.inertia = read_inertia(json.object("inertia"));
   ship.hull = read_hull(json.object("hull"));
   ship.propeller = read_propeller(json.object("propeller"));
   ship.rudder = read_rudder(json.object("rudder"));
+  if (std::holds_alternative<VectwinRuddersCoefficients<double>>(ship.rudder) &&
+      std::visit([](const auto& c) { return c.pitch_ratio; }, ship.propeller) == 0.0)
+    json.object("propeller").fail("pitch_ratio", "missing, and the VecTwin rudders need it");
   if (json.has("thrusters"))
     for (const JsonObject& thruster : json.objects("thrusters")) ship.thrusters.push_back(read_thruster(thruster));
   if (const auto wind = json.object_if("wind")) ship.wind = read_wind(*wind);
@@ -266,6 +333,9 @@ Ship read_ship(const std::string& name_or_path) {
       json.fail("actuators", fmt::format("no force module reads '{}'", info(actuator.channel).name));
   if (json.has("effects"))
     for (const JsonObject& effect : json.objects("effects")) ship.effects.push_back(read_effect(effect));
+  const auto* propeller = std::get_if<StandardPropellerCoefficients<double>>(&ship.propeller);
+  if (propeller != nullptr && !propeller->is_reversible && ship.find_actuator(Channel::n_p)->min < 0.0)
+    json.fail("propeller", "turns astern by its actuator's limits, but has no object 'reversed'");
   ship.u0_mps = json.number("u0_mps");
   ship.random_interval_s = json.number("random_interval_s", kPositive);
   json.check_all_known();

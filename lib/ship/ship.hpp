@@ -19,7 +19,8 @@ struct EffectEntry {
 
 /// A ship as its JSON describes it: complete and checked. SI and radians.
 struct Ship {
-  std::string name, file;
+  std::string name, description, file;
+  double scale = 1.0;  ///< length of the full-scale ship by this one's
   Particulars particulars;
   InertiaCoefficients<double> inertia;
   HullCoefficients hull;

@@ -111,7 +111,7 @@ Actuators<double> esso_actuators(double delta_deg, double n_p) {
 }  // namespace
 
 TEST_CASE("effects: at zero strength every effect changes nothing, to the last bit", "[effects]") {
-  for (const char* name : {"vectwin-3m", "esso-osaka-3m"}) {
+  for (const char* name : {"vectwin-3m", "esso-osaka-3m", "kvlcc2-l7"}) {
     const Ship ship = read_ship(name);
     const Trajectory without = run(ship);
     for (const EffectDescription& effect : effect_catalogue()) {
@@ -132,15 +132,14 @@ TEST_CASE("effects: at zero strength every effect changes nothing, to the last b
 }
 
 TEST_CASE("effects: at a plausible strength every effect changes the motion, and it stays finite", "[effects]") {
-  for (const char* name : {"vectwin-3m", "esso-osaka-3m"}) {
+  for (const char* name : {"vectwin-3m", "esso-osaka-3m", "kvlcc2-l7"}) {
     const Ship ship = read_ship(name);
     const Trajectory without = run(ship);
     for (const EffectDescription& effect : effect_catalogue()) {
       if (!is_applicable(ship, effect)) continue;
       Parameters some;
       for (const EffectParameter& p : effect.parameters)
-        if (name == std::string("vectwin-3m") || (p.name != "k_P" && p.name != "k_S"))
-          some.emplace_back(p.name, plausible(p));
+        if (ship.has_twin_rudders() || (p.name != "k_P" && p.name != "k_S")) some.emplace_back(p.name, plausible(p));
       CAPTURE(name, effect.info.name);
       const Trajectory changed = run(with(ship, std::string(effect.info.name), some));
       CHECK(largest_difference(changed, without, Channel::u) + largest_difference(changed, without, Channel::vm) >
@@ -196,21 +195,23 @@ TEST_CASE("effects: derivatives by the parameters agree with central differences
 
 TEST_CASE("steady current: the track is that in still water, carried along, to 1e-9 m", "[effects]") {
   // In calm air: wind would blow on a drifting ship.
-  Ship ship = read_ship("esso-osaka-3m");
-  ship.wind.reset();
-  const double V = 0.11, set = 217.0 * kDegree;
-  const Trajectory still = run(ship, 300.0);
-  const Trajectory carried =
-      run(with(ship, "steady-current", {{"current_speed_mps", V}, {"current_set_deg", 217.0}}), 300.0);
-  for (std::size_t i = 0; i < still.size(); ++i) {
-    const double t = still[Channel::t][i];
-    CHECK_THAT(carried[Channel::x0][i], WithinAbs(still[Channel::x0][i] + V * std::cos(set) * t, 1e-9));
-    CHECK_THAT(carried[Channel::y0][i], WithinAbs(still[Channel::y0][i] + V * std::sin(set) * t, 1e-9));
-    CHECK_THAT(carried[Channel::psi][i], WithinAbs(still[Channel::psi][i], 1e-10));
+  for (const char* name : {"esso-osaka-3m", "kvlcc2-l7"}) {
+    Ship ship = read_ship(name);
+    ship.wind.reset();
+    const double V = 0.11, set = 217.0 * kDegree;
+    const Trajectory still = run(ship, 300.0);
+    const Trajectory carried =
+        run(with(ship, "steady-current", {{"current_speed_mps", V}, {"current_set_deg", 217.0}}), 300.0);
+    for (std::size_t i = 0; i < still.size(); ++i) {
+      const double t = still[Channel::t][i];
+      CHECK_THAT(carried[Channel::x0][i], WithinAbs(still[Channel::x0][i] + V * std::cos(set) * t, 1e-9));
+      CHECK_THAT(carried[Channel::y0][i], WithinAbs(still[Channel::y0][i] + V * std::sin(set) * t, 1e-9));
+      CHECK_THAT(carried[Channel::psi][i], WithinAbs(still[Channel::psi][i], 1e-10));
+    }
+    // Velocities are over ground.
+    CHECK_THAT(carried[Channel::u][0], WithinAbs(ship.u0_mps + V * std::cos(set), 1e-12));
+    CHECK_THAT(carried[Channel::vm][0], WithinAbs(V * std::sin(set), 1e-12));
   }
-  // Velocities are over ground.
-  CHECK_THAT(carried[Channel::u][0], WithinAbs(ship.u0_mps + V * std::cos(set), 1e-12));
-  CHECK_THAT(carried[Channel::vm][0], WithinAbs(V * std::sin(set), 1e-12));
 }
 
 TEST_CASE("moving water: the equations over ground with added mass in u_c, v_c and dV/dt hold", "[effects]") {

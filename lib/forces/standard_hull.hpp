@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cmath>
+#include <string_view>
+
+#include "core/scalar.hpp"
+#include "core/types.hpp"
+#include "ship/coefficients.hpp"
+
+namespace leeway {
+
+/// Hull force of the MMG standard method: polynomials in v' and r'. Added mass is in dynamics/, the Munk moment in N_v.
+///   nu      (u [m/s], v_m [m/s], r [rad/s]) at midship, through the water
+///   returns (X_H [N], Y_H [N], N_H [N m]) at midship; zero at rest, where v' and r' are undefined
+/// Source: Yasukawa & Yoshimura (2015), JMST 20, 37-52, doi:10.1007/s00773-014-0293-y. The method is made for going
+/// ahead. Within |beta| <= 30 deg and |r'| <= 1 its polynomials stand as printed; what follows is ours, so that the
+/// force stays finite, continuous and dissipative in yaw elsewhere:
+///   astern      the hull mirrored fore and aft: (u, v_m, r) -> (-u, v_m, -r) gives (-X, Y, -N). `ahead` below goes
+///               from 1 to -1 as u/U goes from cos 30 deg to -cos 30 deg, and stands with the terms that this mirror
+///               turns over;
+///   |r'| > 1    U in v', r' and the scale of the force is held at |r| L_pp: a turn on the spot is damped by r |r|;
+///   |v'| > 0.5  X keeps its value of |v'| = 0.5 (30 deg): X_vvvv would drive a ship ahead that drifts sideways.
+template <typename T>
+struct StandardHull {
+  static constexpr std::string_view name = "mmg-standard";
+  static constexpr double kYawRange = 1.0, kDriftRange = 0.5, kAheadRange = 0.8660254037844386;  // r', sin, cos 30 deg
+  StandardHullCoefficients<T> c;
+  Particulars p;
+
+  StandardHull(const StandardHullCoefficients<double>& coefficients, const Particulars& particulars)
+      : c(coefficients.cast<T>()), p(particulars) {}
+
+  /// The resistance by this factor.
+  void scale_resistance(const T& k) { c.R_0 *= k; }
+  /// All forces by this factor.
+  void scale(const T& k) {
+    for (T* coefficient : {&c.R_0, &c.X_vv, &c.X_vr, &c.X_rr, &c.X_vvvv, &c.Y_v, &c.Y_r, &c.Y_vvv, &c.Y_vvr, &c.Y_vrr,
+                           &c.Y_rrr, &c.N_v, &c.N_r, &c.N_vvv, &c.N_vvr, &c.N_vrr, &c.N_rrr})
+      *coefficient *= k;
+  }
+
+  Vec3<T> force(const Vec3<T>& nu) const {
+    using std::sqrt;
+    const T Lr = p.L_pp * nu(2);
+    T U2 = nu(0) * nu(0) + nu(1) * nu(1);
+    const T U2_yaw = Lr * Lr / (kYawRange * kYawRange);
+    if (U2 < U2_yaw) U2 = U2_yaw;
+    if (!(U2 > T(kAtRest_m2ps2))) return Vec3<T>::Zero();
+    const T U = sqrt(U2), v = nu(1) / U, r = Lr / U;
+    const T ahead = limited<T>(nu(0) / (kAheadRange * U), -1.0, 1.0);
+
+    const T v2 = v * v, r2 = r * r;
+    const T v2_X = v2 > T(kDriftRange * kDriftRange) ? T(kDriftRange * kDriftRange) : v2;
+    const T X = ahead * (-c.R_0 + c.X_vv * v2_X + c.X_rr * r2 + c.X_vvvv * v2_X * v2_X) + c.X_vr * v * r;
+    const T Y =
+        c.Y_v * v + c.Y_vvv * v2 * v + c.Y_vrr * v * r2 + ahead * (c.Y_r * r + c.Y_vvr * v2 * r + c.Y_rrr * r2 * r);
+    const T N =
+        ahead * (c.N_v * v + c.N_vvv * v2 * v + c.N_vrr * v * r2) + c.N_r * r + c.N_vvr * v2 * r + c.N_rrr * r2 * r;
+
+    const T q = 0.5 * p.rho * p.L_pp * p.d * U2;  // [N]
+    return {q * X, q * Y, q * p.L_pp * N};
+  }
+};
+
+}  // namespace leeway
