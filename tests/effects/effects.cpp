@@ -396,7 +396,7 @@ TEST_CASE("shallow water: the ship turns wider, drifts less and keeps more speed
   ship.wind.reset();
   const auto steady = [](const Ship& s) {
     const auto maneuver = turning(s, 35.0 * kDegree);
-    const Trajectory t = simulate(SimulatedShip(s), *maneuver, Vec2<double>::Zero(), {0.1, 1.0, 200.0});
+    const Trajectory t = simulate(SimulatedShip(s), *maneuver, WindProcess(), {0.1, 1.0, 200.0});
     const double u = t[Channel::u].back(), v = t[Channel::vm].back(), r = t[Channel::r].back();
     return Vec3<double>(std::hypot(u, v) / r, std::atan2(-v, u), std::hypot(u, v));
   };
