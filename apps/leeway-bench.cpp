@@ -189,7 +189,7 @@ void bench_pd(std::size_t jobs, int repeats) {
 }
 
 void bench_sim(int repeats) {
-  for (const char* name : {"vectwin-3m", "esso-osaka-3m"}) {
+  for (const char* name : {"vectwin-3m", "kvlcc2-l7", "esso-osaka-3m"}) {
     const Ship ship = read_ship(name);
     const Timing t = time(std::max(repeats, 20), [&] {
       const auto maneuver = zigzag(ship, deg_to_rad(20.0), deg_to_rad(20.0));

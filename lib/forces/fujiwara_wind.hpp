@@ -71,8 +71,8 @@ struct FujiwaraWind {
     using std::sqrt;
     const T U2 = wind(0) * wind(0) + wind(1) * wind(1);
     if (!(U2 > T(kAtRest_m2ps2))) return Vec3<T>::Zero();
-    const T U = sqrt(U2);
-    const Vec3<T> k = coefficients(wind(0) / U, wind(1) / U);
+    const T per_U = 1.0 / sqrt(U2);
+    const Vec3<T> k = coefficients(wind(0) * per_U, wind(1) * per_U);
     const T q = 0.5 * g.rho_air * U2;
     return {q * A_front * k(0), q * A_side * k(1), q * A_side * L * k(2)};
   }

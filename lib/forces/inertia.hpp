@@ -29,8 +29,8 @@ struct Inertia {
     const T &u = nu(0), &v = nu(1), &r = nu(2);
     const T M_x = m + m_x, M_y = m + m_y, S = x_G * m, I = I_z + x_G * S;
     const T Y = force(1) - M_x * u * r, N = force(2) - S * u * r;
-    const T determinant = M_y * I - S * S;
-    return {(force(0) + M_y * v * r + S * r * r) / M_x, (I * Y - S * N) / determinant, (M_y * N - S * Y) / determinant};
+    const T inverse = 1.0 / (M_y * I - S * S);
+    return {(force(0) + M_y * v * r + S * r * r) / M_x, (I * Y - S * N) * inverse, (M_y * N - S * Y) * inverse};
   }
 
   /// What the equations through the water need where the water itself accelerates: -(m a_x, m a_y, x_G m a_y), with the

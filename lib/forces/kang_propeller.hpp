@@ -21,8 +21,10 @@ struct KangPropeller {
   KangPropellerCoefficients<T> c;
   Particulars p;
 
+  double per_D_P;  ///< 1/D_P [1/m]
+
   KangPropeller(const KangPropellerCoefficients<double>& coefficients, const Particulars& particulars)
-      : c(coefficients.cast<T>()), p(particulars) {}
+      : c(coefficients.cast<T>()), p(particulars), per_D_P(1.0 / c.D_P) {}
 
   void scale_thrust(const T& k) {
     for (T& coefficient : c.K_T_ahead) coefficient *= k;
@@ -40,21 +42,22 @@ struct KangPropeller {
     const T n = n_P > T(0.0) ? n_P : T(0.0);
     const bool is_ahead = u > T(0.0) && U2 > T(kAtRest_m2ps2);
 
+    const T per_nD = n > T(0.0) ? T(1.0 / (n * c.D_P)) : T(0.0);
     T v_P(0.0), one_minus_w(1.0);
     if (is_ahead) {
       v_P = (nu(1) + c.v_P_sign * c.x_P * p.L_pp * nu(2)) / sqrt(U2);
       // At n = 0 J_s is infinite, and the wake at its lower limit.
       if (n > T(0.0))
-        one_minus_w = limited<T>(quadratic<T>(c.a, u / (n * c.D_P)) + oblique(c.b, v_P), 0.0, 1.0);
+        one_minus_w = limited<T>(quadratic<T>(c.a, u * per_nD) + oblique(c.b, v_P), 0.0, 1.0);
       else
         one_minus_w = T(0.0);
     }
     const T u_P = u * one_minus_w;
-    const T J = n > T(0.0) ? T(u_P / (n * c.D_P)) : T(u < T(0.0) ? -kFarAstern : 0.0);
+    const T J = n > T(0.0) ? T(u_P * per_nD) : T(u < T(0.0) ? -kFarAstern : 0.0);
     const T one_minus_t = is_ahead ? limited<T>(quadratic<T>(c.c, J) + oblique(c.d, v_P), 0.0, 1.0) : T(1.0);
 
     const std::array<T, 3>& k = u < T(0.0) ? c.K_T_astern : c.K_T_ahead;
-    const T w = u_P / c.D_P;
+    const T w = u_P * per_D_P;
     const T n2_K_T = k[0] * n * n + k[1] * n * w + k[2] * w * w;
     const double D2 = c.D_P * c.D_P;
     const T X = one_minus_t * (p.rho * D2 * D2) * n2_K_T;

@@ -19,18 +19,18 @@ struct SideThruster {
   static constexpr std::string_view name = "kobayashi-1988";
   SideThrusterCoefficients<T> c;
   Particulars p;
-  double speed_of_Fr_1;    ///< sqrt(g L) [m/s]
+  double Fr_per_speed;     ///< 1/sqrt(g L) [s/m]
   T inverse_u_c = T(0.0);  ///< a further loss exp(-(u/u_c)^2) [s/m]
 
   SideThruster(const SideThrusterCoefficients<double>& coefficients, const Particulars& particulars)
-      : c(coefficients.cast<T>()), p(particulars), speed_of_Fr_1(std::sqrt(kGravity_mps2 * p.L_pp)) {}
+      : c(coefficients.cast<T>()), p(particulars), Fr_per_speed(1.0 / std::sqrt(kGravity_mps2 * p.L_pp)) {}
 
   Vec3<T> force(const Vec3<T>& nu, const Actuators<T>& actuators) const {
     using std::abs, std::exp;
     const T& n = actuators[c.channel];
     const T abs_u = abs(nu(0));
     if (!(abs_u < T(c.u_max))) return Vec3<T>::Zero();
-    const T Fr = abs_u / speed_of_Fr_1;
+    const T Fr = abs_u * Fr_per_speed;
     const double D2 = c.D * c.D;
     T thrust = (p.rho * D2 * D2) * (n < T(0.0) ? c.K_T_negative : c.K_T_positive) * n * n;
     if (inverse_u_c > T(0.0)) thrust *= exp(-abs_u * abs_u * inverse_u_c * inverse_u_c);

@@ -62,8 +62,8 @@ struct UnifiedHull {
     T X = c.X_vr * v * Lr;
     const T U2 = u * u + v * v;
     if (U2 > T(kAtRest_m2ps2)) {
-      const T beta = abs(atan2(v, u));
-      X += (c.X_0F + (c.X_0A - c.X_0F) * beta / kPi) * u * sqrt(U2);
+      const T beta_by_pi = abs(atan2(v, u)) * (1.0 / kPi);
+      X += (c.X_0F + (c.X_0A - c.X_0F) * beta_by_pi) * u * sqrt(U2);
     }
     const T abs_u = abs(u);
     const T Y = c.Y_v * v * abs_u + c.Y_r * Lr * u - c.C_D * cross_flow_integrals<T>(v, c.C_rY * Lr / 2.0)(0);

@@ -25,7 +25,8 @@ struct VectwinRudders {
   static constexpr std::string_view name = "vectwin-kang-2008";
   VectwinRuddersCoefficients<T> c;
   Particulars p;
-  double D_P, pitch;                                          ///< of the propeller in front [m]
+  double D_P;  ///< of the propeller in front [m]
+  double D_P_by_pitch;
   double eta;                                                 ///< share of the rudder's height in the slipstream
   T k_port = T(1.0), k_starboard = T(1.0), k_gamma = T(1.0);  ///< on the normal forces, on the flow straightening
 
@@ -34,7 +35,7 @@ struct VectwinRudders {
       : c(coefficients.cast<T>()),
         p(particulars),
         D_P(D_P_m),
-        pitch(pitch_m),
+        D_P_by_pitch(D_P_m / pitch_m),
         eta(std::min(1.0, D_P_m / std::sqrt(c.A_R * c.aspect_ratio))) {}
 
   void scale_normal_force(const T& port, const T& starboard) {
@@ -66,7 +67,7 @@ struct VectwinRudders {
     const T &u = nu(0), &v_m = nu(1), &r = nu(2);
 
     // Slip ratio.
-    const T s = flow.n > T(0.0) ? limited<T>(1.0 - flow.u_P / (flow.n * pitch), 0.0, 1.2) : T(1.2);
+    const T s = flow.n > T(0.0) ? limited<T>(1.0 - flow.J * D_P_by_pitch, 0.0, 1.2) : T(1.2);
     const T s2 = s * s;
 
     // Angles from the hydrodynamic neutral ones, then less the influence of the other rudder.
@@ -103,7 +104,7 @@ struct VectwinRudders {
     // Flow straightening by quadrant of drift angle and rudder angle; the drift angle is undefined at rest.
     T gamma_s(0.0), gamma_p(0.0);
     if (u * u + v_m * v_m > T(kAtRest_m2ps2)) {
-      const T beta = atan2(T(-v_m), u);
+      const T beta = -atan2(v_m, u);
       gamma_s = k_gamma * straightening(kStarboard, beta, delta_s2);
       gamma_p = k_gamma * straightening(kPort, beta, delta_p2);
     }
@@ -145,19 +146,21 @@ struct VectwinRudders {
   }
 
   T normal_force(const T& u_R, const T& v_R, const T& delta) const {
-    using std::abs, std::atan2, std::sin;
+    using std::abs, std::atan2, std::cos, std::sin, std::sqrt;
     const T U_R2 = u_R * u_R + v_R * v_R;
     if (!(U_R2 > T(kAtRest_m2ps2))) return T(0.0);
-    const T alpha = delta - atan2(v_R, u_R);
-    const T a = abs(alpha);
-    T C_N;
-    if (!(a > T(37.5 * kDegree))) {
-      C_N = 2.6252 * sin(alpha);
+    // C_N = 2.6252 sin(alpha) up to 37.5 deg, alpha = delta - atan2(v_R, u_R): there, the angle itself is not needed.
+    constexpr double kCos2 = 0.62940952255126037;                       // cos^2 37.5 deg
+    const T s = sin(delta), k = cos(delta), along = u_R * k + v_R * s;  // U_R cos(alpha)
+    T C_N_U_R2;
+    if (along > T(0.0) && along * along >= kCos2 * U_R2) {
+      C_N_U_R2 = 2.6252 * sqrt(U_R2) * (u_R * s - v_R * k);
     } else {
-      C_N = -0.8449 * a * a + 2.0621 * a + 0.6387;
-      if (alpha < T(0.0)) C_N = -C_N;
+      const T alpha = delta - atan2(v_R, u_R), a = abs(alpha);
+      C_N_U_R2 = (-0.8449 * a * a + 2.0621 * a + 0.6387) * U_R2;
+      if (alpha < T(0.0)) C_N_U_R2 = -C_N_U_R2;
     }
-    return 0.5 * p.rho * c.A_R * C_N * U_R2;
+    return 0.5 * p.rho * c.A_R * C_N_U_R2;
   }
 };
 
