@@ -9,6 +9,7 @@
 #include "dynamics/dataset.hpp"
 #include "dynamics/replay.hpp"
 #include "effects/catalogue.hpp"
+#include "dynamics/ship_report.hpp"
 #include "io/dataset_json.hpp"
 #include "io/files.hpp"
 
@@ -34,7 +35,7 @@ void add_output(CLI::App& sub, SimOptions& opt, const std::string& what) {
 }
 
 void add_ship_and_steps(CLI::App& sub, SimOptions& opt) {
-  sub.add_option("--ship", opt.ship, "ship (JSON), or the name of a shipped one: vectwin-3m, esso-osaka-3m")
+  sub.add_option("--ship", opt.ship, "ship (JSON), or the name of a shipped one: 'mmg-sim ships' lists them")
       ->required();
   sub.add_option("--effect", opt.effects,
                  "physics to add to the ship's effects (JSON, see 'mmg-sim effects'); may be given several times")
@@ -227,6 +228,13 @@ int main(int argc, char** argv) try {
   effects->add_option("effect", opt.effect, "only this one");
   effects->add_flag("--page", opt.page, "as a page in Markdown: docs/effects.md");
   add_output(*effects, opt, "text, '-' for stdout");
+  CLI::App* ships = app.add_subcommand("ships", "list the shipped ships");
+  add_output(*ships, opt, "where the text goes, '-' for stdout");
+
+  CLI::App* show =
+      app.add_subcommand("show", "particulars, modules, limits, straight run and self-propulsion of a ship");
+  show->add_option("ship", opt.ship, "ship (JSON), or the name of a shipped one")->required();
+  add_output(*show, opt, "where the text goes, '-' for stdout");
 
   if (const auto exit_code = cli::parse(app, argc, argv, opt.common)) return *exit_code;
 
@@ -246,6 +254,10 @@ int main(int argc, char** argv) try {
     run_replay(opt);
   } else if (*effects) {
     io::write_text(opt.output, opt.page ? catalogue_page() : catalogue_text(opt.effect));
+  } else if (*ships) {
+    io::write_text(opt.output, ship_list());
+  } else if (*show) {
+    io::write_text(opt.output, ship_report(read_ship(opt.ship)));
   } else {
     run_dataset(app, opt);
   }

@@ -263,6 +263,12 @@ EffectEntry read_effect(const JsonObject& json) {
   return entry;
 }
 
+PartSource source_of(const std::string& part, const JsonObject& json) {
+  std::string source = json.text("source");
+  if (const auto reversed = json.object_if("reversed")) source += "; reversed: " + reversed->text("source");
+  return {part, json.text_or("type", ""), source};
+}
+
 // The channels that the force modules read.
 std::vector<Channel> channels_of_modules(const Ship& ship) {
   std::vector<Channel> channels;
@@ -317,7 +323,13 @@ Ship read_ship(const std::string& name_or_path) {
     for (const JsonObject& thruster : json.objects("thrusters")) ship.thrusters.push_back(read_thruster(thruster));
   if (const auto wind = json.object_if("wind")) ship.wind = read_wind(*wind);
 
-  json.text_or("actuators_source", "");
+  for (const char* part : {"particulars", "inertia", "hull", "propeller", "rudder"})
+    ship.sources.push_back(source_of(part, json.object(part)));
+  if (json.has("thrusters"))
+    for (const JsonObject& thruster : json.objects("thrusters"))
+      ship.sources.push_back(source_of("thruster " + thruster.text("channel"), thruster));
+  if (const auto wind = json.object_if("wind")) ship.sources.push_back(source_of("wind", *wind));
+  ship.sources.push_back({"actuators", "", json.text_or("actuators_source", "")});
   for (const JsonObject& entry : json.objects("actuators")) {
     const Actuator actuator = read_actuator(entry);
     if (ship.find_actuator(actuator.channel) != nullptr)

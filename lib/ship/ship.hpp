@@ -15,6 +15,9 @@ struct EffectEntry {
   std::string type;
   std::vector<std::pair<std::string, std::optional<double>>> parameters;  ///< null: nothing
   std::string file, pointer;                                              ///< where it stands, for messages
+/// Where the numbers of one part of a ship's JSON come from. `type` is empty for particulars and inertia.
+struct PartSource {
+  std::string part, type, source;
 };
 
 /// A ship as its JSON describes it: complete and checked. SI and radians.
@@ -32,6 +35,9 @@ struct Ship {
   std::vector<EffectEntry> effects;
   double u0_mps = 0.0;             ///< surge at which maneuvers start unless told otherwise
   double random_interval_s = 0.0;  ///< time between random orders
+  double u0_mps = 0.0;              ///< surge at which maneuvers start unless told otherwise
+  double random_interval_s = 0.0;   ///< time between random orders
+  std::vector<PartSource> sources;  ///< of particulars, inertia, each module and the actuators, in this order
 
   /// Nothing where the ship has no such actuator.
   const Actuator* find_actuator(Channel channel) const;

@@ -134,3 +134,31 @@ TEST_CASE("mmg-sim: wrong contents are exit code 3, unwritable output is 4, dive
   CHECK(diverged.out.empty());
   CHECK_THAT(diverged.err, Contains("diverged at"));
 }
+
+TEST_CASE("mmg-sim: ships lists every shipped ship with its length and what it is", "[cli][mmg-sim]") {
+  const Outcome result = run_tool("mmg-sim ships");
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  CHECK(lines(result.out) == 1 + static_cast<long>(leeway::io::config_names("ships").size()));
+  CHECK_THAT(result.out, Contains("kvlcc2-l7             7  7 m model of the tanker KVLCC2"));
+  CHECK_THAT(result.out, Contains("kvlcc2-full         320  "));
+  const Outcome extra = run_tool("mmg-sim ships all");
+  CHECK(extra.exit_code == 2);
+  CHECK(extra.out.empty());
+  CHECK_THAT(extra.err, Contains("all"));
+}
+
+TEST_CASE("mmg-sim: show tells particulars, modules, limits, a straight run and self-propulsion", "[cli][mmg-sim]") {
+  const Outcome result = run_tool("mmg-sim show kvlcc2-l7");
+  CHECK(result.exit_code == 0);
+  CHECK(result.err.empty());
+  for (const char* text : {"3270 kg", "C_b", "Fr 0.1423", "hull, mmg-standard: ", "borrowed from the Esso Osaka",
+                           "delta    -35 .. 35 deg, at most 15.8 deg/s", "n_p 11.8546 1/s, J 0.2763, 1 - w_P 0.6000",
+                           "(1 - t_P) T 49.2603 N, hull -49.2603 N"})
+    CHECK_THAT(result.out, Contains(text));
+  for (const std::string& name : leeway::io::config_names("ships"))
+    CHECK(run_tool("mmg-sim show " + name).exit_code == 0);
+  CHECK(run_tool("mmg-sim show").exit_code == 2);
+  CHECK(run_tool("mmg-sim show kvlcc2-l7 more").exit_code == 2);
+  CHECK_THAT(run_tool("mmg-sim show kvlcc2").err, Contains("shipped: "));
+}

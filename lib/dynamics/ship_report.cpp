@@ -1,0 +1,107 @@
+#include "dynamics/ship_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/straight_run.hpp"
+#include "io/files.hpp"
+
+namespace leeway {
+namespace {
+
+using Text = fmt::memory_buffer;
+
+template <typename... Arguments>
+void print(Text& text, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+  fmt::format_to(std::back_inserter(text), format, std::forward<Arguments>(arguments)...);
+}
+
+void print_particulars(Text& text, const Ship& ship) {
+  const Particulars& p = ship.particulars;
+  const Inertia<double> inertia(ship.inertia, p);
+  const double Fr = ship.u0_mps / std::sqrt(kGravity_mps2 * p.L_pp);
+  print(text, "\nparticulars\n");
+  print(text, "  L_pp x B x d  {:.6g} x {:.6g} x {:.6g} m, in water of {:.6g} kg/m^3\n", p.L_pp, p.B, p.d, p.rho);
+  print(text, "  scale         {:.6g} (length of the full-scale ship by this one's)\n", ship.scale);
+  print(text, "  m             {:.6g} kg; C_b = m/(rho L_pp B d) = {:.3f}\n", inertia.m,
+        inertia.m / (p.rho * p.L_pp * p.B * p.d));
+  print(text, "  m_x, m_y      {:.6g}, {:.6g} kg\n", inertia.m_x, inertia.m_y);
+  print(text, "  x_G           {:.6g} m ahead of midship\n", inertia.x_G);
+  print(text, "  I_zG + J_z    {:.6g} kg m^2; about midship {:.6g} kg m^2\n", inertia.I_z,
+        inertia.I_z + inertia.x_G * inertia.x_G * inertia.m);
+  print(text, "  u0            {:.6g} m/s, {:.4g} kn at full scale; Fr {:.4f}\n", ship.u0_mps,
+        ship.u0_mps * std::sqrt(ship.scale) / kKnot, Fr);
+}
+
+void print_actuators(Text& text, const Ship& ship) {
+  print(text, "\nactuators\n");
+  for (const Actuator& a : ship.actuators) {
+    const char* unit = a.is_rudder() ? "deg" : "1/s";
+    const double k = a.is_rudder() ? 1.0 / kDegree : 1.0;
+    print(text, "  {:<8} {:g} .. {:g} {}, at most {:g} {}, {}, initially {:g} {}\n", info(a.channel).name, k * a.min,
+          k * a.max, unit, k * a.rate, a.is_rudder() ? "deg/s" : "1/s^2",
+          a.time_constant_s > 0.0 ? fmt::format("time constant {:g} s", a.time_constant_s) : "no lag", k * a.initial,
+          unit);
+  }
+}
+
+void print_sources(Text& text, const Ship& ship) {
+  print(text, "\nmodules and sources\n");
+  for (const PartSource& s : ship.sources)
+    print(text, "  {}{}{}: {}\n", s.part, s.type.empty() ? "" : ", ", s.type, s.source);
+}
+
+void print_run(Text& text, const StraightRun& run, double L_pp) {
+  print(text, "    u {:.6g} m/s (Fr {:.4f}), n_p {:.6g} 1/s, J {:.4f}, 1 - w_P {:.4f}, K_T {:.4f}\n", run.u,
+        run.u / std::sqrt(kGravity_mps2 * L_pp), run.n, run.J, run.one_minus_w_P, run.K_T);
+  print(text, "    (1 - t_P) T {:.6g} N, hull {:.6g} N, rudders {:.6g} N, air {:.6g} N; sum {:.1g} N\n", run.X_P,
+        run.X_H, run.X_R + 0.0, run.X_A + 0.0, run.X_P + run.X_H + run.X_R + run.X_A);
+}
+
+// Runs `compute`, or says why it cannot be done.
+template <typename Compute>
+void print_if_possible(Text& text, const Ship& ship, const Compute& compute) {
+  try {
+    print_run(text, compute(), ship.particulars.L_pp);
+  } catch (const NumericalError& e) {
+    print(text, "    none: {}\n", e.what());
+  }
+}
+
+}  // namespace
+
+std::string ship_list() {
+  const std::vector<std::string> names = io::config_names("ships");
+  std::size_t width = 4;
+  for (const std::string& name : names) width = std::max(width, name.size());
+  Text text;
+  print(text, "{:<{}}  {:>8}  {}\n", "name", width, "L_pp [m]", "description");
+  for (const std::string& name : names) {
+    const Ship ship = read_ship(io::find_config("ships", name));
+    print(text, "{:<{}}  {:>8g}  {}\n", name, width, ship.particulars.L_pp, ship.description);
+  }
+  return fmt::to_string(text);
+}
+
+std::string ship_report(const Ship& ship) {
+  Text text;
+  print(text, "{}: {}\n{}\n", ship.name, ship.description, ship.file);
+  print_particulars(text, ship);
+  print_actuators(text, ship);
+  print_sources(text, ship);
+  print(text, "\nstraight run: v_m = r = 0, rudders amidships, thrusters idle, calm air\n");
+  const double n = ship.initial_actuators()[Channel::n_p];
+  print(text, "  steady speed at the initial revolutions\n");
+  print_if_possible(text, ship, [&] { return straight_run(ship, steady_speed(ship, n), n); });
+  print(text, "  self-propulsion at u0\n");
+  print_if_possible(text, ship, [&] { return straight_run(ship, ship.u0_mps, self_propulsion_n(ship, ship.u0_mps)); });
+  return fmt::to_string(text);
+}
+
+}  // namespace leeway
