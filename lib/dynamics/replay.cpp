@@ -45,6 +45,7 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
     : t_(recording[Channel::t]), interpolation_(interpolation) {
   const std::size_t n = t_.size();
   for (const Actuator& actuator : ship.actuators) {
+    if (actuator.is_optional && !recording.has(actuator.channel)) continue;
     const std::vector<double>& values = require(recording, actuator.channel, ship);
     const double slack = kLimitSlack * (actuator.max - actuator.min);
     const auto outside = std::count_if(values.begin(), values.end(),
@@ -142,9 +143,12 @@ Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedI
   for (std::size_t k = 0;; ++k) {
     const double t_s = t0 + grid_time(k, grid.sample_s);
     append_sample(result, ship, t_s, state, inputs.at(t_s));
-    if (k == samples) return result;
+    if (k == samples) break;
     advance(model, state, inputs, t_s, grid, recording);
   }
+  for (const Actuator& actuator : ship.actuators)  // an idle thruster that was not recorded is not invented
+    if (!recording.has(actuator.channel)) result[actuator.channel].clear();
+  return result;
 }
 
 std::size_t replay_sequences(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs,
@@ -152,8 +156,7 @@ std::size_t replay_sequences(const Ship& ship, const Trajectory& recording, cons
   const Model<double> model(ship);
   io::PredictionRow row;
   row.recording = recording.name;
-  const std::vector<Channel> channels = ship.actuator_channels();
-  for (const Samples& samples : resample(recording, channels, inputs.has_wind(), grid.sample_s))
+  for (const Samples& samples : resample(recording, inputs.channels(), inputs.has_wind(), grid.sample_s))
     for (const Range& range : test_sequences(samples.size(), static_cast<Eigen::Index>(K))) {
       ShipState<double> state{samples.eta.col(range.begin), samples.nu.col(range.begin)};
       for (row.step = 0; row.step < K; ++row.step) {

@@ -19,7 +19,8 @@ enum class InputInterpolation {
 /// or follows from its apparent wind, heading and velocity; without wind columns the air is calm.
 class RecordedInputs {
  public:
-  /// Throws InputError if the recording lacks an actuator of the ship, or has an apparent wind but no heading.
+  /// Throws InputError if the recording lacks an actuator of the ship that is not optional, or has an apparent wind but
+  /// no heading.
   RecordedInputs(const Trajectory& recording, const Ship& ship, InputInterpolation interpolation);
 
   /// Index of the first sample at which every input is known; nothing if there is none.
@@ -29,6 +30,8 @@ class RecordedInputs {
   StepInputs<double> step(double t_s, double dt_s, double rudder_delay_s = 0.0) const;
   /// As recorded.
   Inputs<double> at(double t_s) const;
+  /// The ship's actuators that the recording has.
+  const std::vector<Channel>& channels() const { return channels_; }
   bool has_wind() const { return has_wind_; }
   /// What a user should know: samples outside the limits of the ship's actuators, no wind.
   const std::vector<std::string>& notices() const { return notices_; }

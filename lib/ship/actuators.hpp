@@ -35,7 +35,8 @@ struct Actuator {
   double rate = 0.0;             ///< fastest change [rad/s, 1/s^2]
   double time_constant_s = 0.0;  ///< of the approach to the command; 0: the rate limit alone
   double initial = 0.0;
-  bool is_random = false;  ///< whether random orders are given to it; otherwise it stays at `initial`
+  bool is_optional = false;  ///< a thruster: a recording without its column is of the ship with it idle
+  bool is_random = false;    ///< whether random orders are given to it; otherwise it stays at `initial`
   double random_mean = 0.0, random_sd = 0.0;
 
   bool is_rudder() const { return info(channel).quantity == Quantity::angle; }

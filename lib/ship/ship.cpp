@@ -239,6 +239,11 @@ Actuator read_actuator(const JsonObject& json) {
   a.rate = factor * json.number(a.is_rudder() ? "rate_degps" : "rate_rpsps", kPositive);
   a.time_constant_s = json.number("time_constant_s", kNotNegative);
   a.initial = factor * json.number("initial" + unit, {min, max});
+  a.is_optional = json.flag_or("optional", false);
+  if (a.is_optional && a.channel != Channel::n_bt && a.channel != Channel::n_st)
+    json.fail("optional", fmt::format("a thruster can be optional, '{}' cannot", name));
+  if (a.is_optional && a.initial != 0.0)
+    json.fail("initial" + unit, fmt::format("expected 0, since an optional thruster is idle, got {}", a.initial));
   a.is_random = json.has("random_mean" + unit) || json.has("random_sd" + unit);
   if (a.is_random) {
     a.random_mean = factor * json.number("random_mean" + unit);

@@ -85,6 +85,37 @@ TEST_CASE("replay: it starts at the first complete sample, and refuses what it c
   CHECK_THROWS_AS(replay(ship, unknown, nothing, {0.1, 1.0, 1.0}), InputError);
 }
 
+TEST_CASE("replay: a recording without a thruster's column is of the ship with the thruster idle", "[dynamics]") {
+  const Ship with = read_ship("esso-osaka-3m");
+  Ship without = with;
+  without.thrusters.clear();
+  std::erase_if(without.actuators, [](const Actuator& a) { return a.is_optional; });
+  const Trajectory recording = recorded(without, 1.0);
+  REQUIRE_FALSE(recording.has(Channel::n_bt));
+  const Trajectory a = replay(with, recording, {recording, with, InputInterpolation::linear}, {0.1, 1.0, 1.0});
+  const Trajectory b = replay(without, recording, {recording, without, InputInterpolation::linear}, {0.1, 1.0, 1.0});
+  CHECK(a.columns == b.columns);
+}
+
+TEST_CASE("replay: a thruster's column that is there counts, and its missing samples are not zero", "[dynamics]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  Trajectory recording = recorded(ship, 1.0);
+  recording[Channel::n_bt].assign(recording.size(), kMissing);
+  recording[Channel::n_st].clear();
+  CHECK_FALSE(RecordedInputs(recording, ship, InputInterpolation::linear).first_known().has_value());
+  recording[Channel::n_bt][3] = 12.0;
+  recording[Channel::n_bt][5] = -8.0;
+  const RecordedInputs inputs(recording, ship, InputInterpolation::linear);
+  CHECK(inputs.channels() == std::vector{Channel::delta, Channel::n_p, Channel::n_bt});
+  CHECK(inputs.first_known() == 3u);
+  CHECK(inputs.at(4.0).actuators[Channel::n_bt] == 12.0);
+  CHECK(inputs.at(50.0).actuators[Channel::n_bt] == -8.0);
+  CHECK(inputs.at(50.0).actuators[Channel::n_st] == 0.0);
+  const Trajectory result = replay(ship, recording, inputs, {0.1, 1.0, 1.0});
+  CHECK(result[Channel::n_bt].back() == -8.0);
+  CHECK_FALSE(result.has(Channel::n_st));
+}
+
 TEST_CASE("noise: it has the stated deviation and leaves actuators alone", "[dynamics]") {
   Trajectory truth;
   const std::size_t n = 20000;

@@ -34,6 +34,30 @@ TEST_CASE("bow thruster: check values at rest and at speed", "[forces][thruster]
   CHECK_THAT(force(0.2, 1e-6)(1), WithinAbs(force(0.2, -1e-6)(1), 1e-12));
 }
 
+TEST_CASE("side thrusters: the Esso Osaka model's lose force linearly with speed, up to the cut-off",
+          "[forces][thruster]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const double Fr_of_1 = 1.0 / std::sqrt(kGravity_mps2 * 3.0), D4 = std::pow(0.05, 4);
+  for (const ThrusterCoefficients& coefficients : ship.thrusters) {
+    const auto& c = std::get<SideThrusterCoefficients<double>>(coefficients);
+    const SideThruster<double> thruster(c, ship.particulars);
+    const bool is_bow = c.channel == Channel::n_bt;
+    CHECK((c.x > 0.0) == is_bow);
+    for (const double n : {-20.0, 15.0})
+      for (const double u : {-0.2, 0.0, 0.1, 0.2476}) {
+        Actuators<double> a;
+        a[c.channel] = n;
+        const double K_T = n > 0.0 ? (is_bow ? 0.360 : 0.17) : (is_bow ? -0.450 : -0.21), Fr = std::abs(u) * Fr_of_1;
+        const double T = 998.0 * D4 * n * n * K_T;
+        const Vec3<double> force = thruster.force({u, 0.03, -0.02}, a);
+        CHECK(force(0) == 0.0);
+        CHECK_THAT(force(1), WithinRel((1.0 - (is_bow ? 5.83 : 2.56) * Fr) * T, 1e-12));
+        CHECK_THAT(force(2), WithinRel((1.0 - (is_bow ? 3.44 : 7.46) * Fr) * T * (is_bow ? 1.35 : -1.30), 1e-12));
+        CHECK(thruster.force({0.24765, 0.0, 0.0}, a).isZero(0.0));  // the step at the cut-off: from 0.65 .. 0.88 of T
+      }
+  }
+}
+
 TEST_CASE("wind: Fujiwara's regression gives the stored coefficients of the Esso Osaka model", "[forces][wind]") {
   const Ship ship = read_ship("esso-osaka-3m");
   const FujiwaraWind<double> wind(std::get<FujiwaraWindGeometry>(*ship.wind), ship.particulars);

@@ -37,8 +37,7 @@ TEST_CASE("esso-osaka-3m: replayed random tests stay close to the recorded veloc
       replay_sequences(ship, recording, inputs, grid, 101, writer);
       writer.commit();
     }
-    const std::vector<Channel> channels = ship.actuator_channels();
-    const std::vector<Samples> stretches = resample(recording, channels, true, 1.0);
+    const std::vector<Samples> stretches = resample(recording, inputs.channels(), true, 1.0);
     REQUIRE(stretches.size() == 1);
     const Samples& truth = stretches[0];
     io::PredictionReader reader(path);
