@@ -91,10 +91,15 @@ TEST_CASE("model: autodiff derivatives agree with central differences on both si
                              esso_point(0.2, 0.02, 0.03, 25.0, -3.0), esso_point(0.2, 0.02, 0.03, 25.0, -15.0),
                              esso_point(-0.1, 0.02, -0.03, 10.0, -15.0), esso_point(-0.15, -0.02, 0.03, -20.0, 10.0)})
     check_derivatives(esso, point);
+  const Ship kvlcc2 = read_ship("kvlcc2-l7");
+  for (const Point& point : {esso_point(1.1, 0.06, 0.03, 12.0, 11.0), esso_point(0.9, -0.2, 0.08, -30.0, 11.0),
+                             esso_point(0.5, 0.1, 0.03, 25.0, -6.0), esso_point(-0.3, 0.04, -0.03, 100.0, -9.0),
+                             esso_point(-0.5, -0.04, 0.03, -20.0, 9.0)})
+    check_derivatives(kvlcc2, point);
 }
 
 TEST_CASE("model: derivatives at rest are finite", "[dynamics]") {
-  for (const char* name : {"vectwin-3m", "esso-osaka-3m"}) {
+  for (const char* name : {"vectwin-3m", "esso-osaka-3m", "kvlcc2-l7"}) {
     const Model<Jet> model(read_ship(name));
     Vec3<Jet> nu;
     for (int i = 0; i < 3; ++i) nu(i) = Jet(0.0, i);
@@ -121,6 +126,26 @@ TEST_CASE("model: without forces, kinetic energy changes at the rate u v_m r (m_
                          I * nu(2) * rate(2) + S * (nu(1) * rate(2) + nu(2) * rate(1));
     CHECK_THAT(power, WithinAbs(nu(0) * nu(1) * nu(2) * (inertia.m_y - inertia.m_x), 1e-14));
   }
+}
+
+TEST_CASE("model: a ship without forces keeps its kinetic energy if m_x = m_y", "[dynamics]") {
+  const Ship ship = read_ship("kvlcc2-l7");
+  Inertia<double> inertia(ship.inertia, ship.particulars);
+  inertia.m_y = inertia.m_x;
+  const double S = inertia.m * inertia.x_G, I = inertia.I_z + S * inertia.x_G;
+  const auto energy = [&](const Vec3<double>& nu) {
+    return 0.5 * ((inertia.m + inertia.m_x) * nu.head<2>().squaredNorm() + I * nu(2) * nu(2)) + S * nu(1) * nu(2);
+  };
+  Vec3<double> nu(0.9, -0.4, 0.21);
+  const double start = energy(nu), h = 0.01;
+  const auto rate = [&](const Vec3<double>& x) { return inertia.acceleration(x, Vec3<double>::Zero()); };
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3<double> k1 = rate(nu), k2 = rate(nu + 0.5 * h * k1), k3 = rate(nu + 0.5 * h * k2),
+                       k4 = rate(nu + h * k3);
+    nu += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+  }
+  CHECK(std::abs(nu(1) + 0.4) > 0.1);               // it did move
+  CHECK_THAT(energy(nu), WithinRel(start, 1e-11));  // of the method: (0.21 rad/s 0.01 s)^5 a step
 }
 
 TEST_CASE("model: the equations of motion hold for the accelerations that it returns", "[dynamics]") {

@@ -21,9 +21,32 @@ ShipState<double> run(const Model<double>& model, ShipState<double> state, const
 
 }  // namespace
 
+TEST_CASE("simulation: a single screw ship with equal sides sails to port as to starboard", "[dynamics]") {
+  // The difference of the sides is in gamma_R, in the wake and, reversed or astern, in the side force of the propeller.
+  Ship tanker = read_ship("kvlcc2-l7"), esso = read_ship("esso-osaka-3m");
+  auto& wake = std::get<StandardPropellerCoefficients<double>>(tanker.propeller);
+  wake.C_2_positive = wake.C_2_negative;
+  auto& standard = std::get<StandardRudderCoefficients<double>>(tanker.rudder);
+  standard.gamma_R_positive = standard.gamma_R_negative;
+  auto& single = std::get<SingleRudderCoefficients<double>>(esso.rudder);
+  single.gamma_R_positive = single.gamma_R_negative;
+  for (const Ship* ship : {&tanker, &esso}) {
+    const auto run_to = [&](double side) {
+      const auto maneuver = zigzag(*ship, side * 20.0 * kDegree, 15.0 * kDegree);
+      return simulate(SimulatedShip(*ship), *maneuver, wind_from_vector(0.8, 0.0), {0.1, 1.0, 150.0});  // from ahead
+    };
+    const Trajectory starboard = run_to(1.0), port = run_to(-1.0);
+    for (std::size_t i = 0; i < port.size(); ++i) {
+      CHECK_THAT(port[Channel::x0][i], WithinAbs(starboard[Channel::x0][i], 1e-9));
+      CHECK_THAT(port[Channel::y0][i], WithinAbs(-starboard[Channel::y0][i], 1e-9));
+      CHECK_THAT(port[Channel::r][i], WithinAbs(-starboard[Channel::r][i], 1e-10));
+    }
+  }
+}
+
 TEST_CASE("integrators: halving the step shrinks the error by 2^4 (RK4) and 2 (Euler)", "[dynamics]") {
   // A turn that crosses no branch, so that the order of the method shows.
-  const Ship ship = read_ship("esso-osaka-3m");
+  const Ship ship = read_ship(GENERATE("esso-osaka-3m", "kvlcc2-l7"));
   const Model<double> model(ship);
   Inputs<double> inputs;
   inputs.actuators[Channel::delta] = 10.0 * kDegree;
@@ -79,6 +102,26 @@ TEST_CASE("simulation: a steady turn has zero acceleration", "[dynamics]") {
   const Vec3<double> rate = simulated.model.acceleration(nu, simulated.actuators, nu.head<2>());
   CHECK(rate.norm() < 1e-9);
   CHECK(nu(2) > 0.0);
+}
+
+TEST_CASE("simulation: in a steady turn the track is a circle of radius U/r", "[dynamics]") {
+  const Ship ship = read_ship("kvlcc2-l7");
+  for (const double rudder : {-35.0, 20.0}) {
+    const auto maneuver = turning(ship, rudder * kDegree);
+    const Trajectory t = simulate(SimulatedShip(ship), *maneuver, {0.0, 0.0}, {0.1, 5.0, 800.0});
+    const auto point = [&](std::size_t back) {
+      const std::size_t i = t.size() - 1 - back;
+      return Vec2<double>(t[Channel::x0][i], t[Channel::y0][i]);
+    };
+    // The circle through three points of the track.
+    const Vec2<double> a = point(0), b = point(8), c = point(16);
+    const double area = 0.5 * std::abs((b - a)(0) * (c - a)(1) - (b - a)(1) * (c - a)(0));
+    const double radius = (a - b).norm() * (b - c).norm() * (c - a).norm() / (4.0 * area);
+    const double U = std::hypot(t[Channel::u].back(), t[Channel::vm].back());
+    CAPTURE(rudder);
+    CHECK_THAT(radius, WithinRel(U / std::abs(t[Channel::r].back()), 1e-6));
+    CHECK(t[Channel::r].back() * rudder > 0.0);
+  }
 }
 
 TEST_CASE("actuators: the response is the exact solution, whatever the step", "[dynamics]") {
