@@ -8,8 +8,8 @@
 #include "core/units.hpp"
 #include "dynamics/dataset.hpp"
 #include "dynamics/replay.hpp"
-#include "effects/catalogue.hpp"
 #include "dynamics/ship_report.hpp"
+#include "effects/catalogue.hpp"
 #include "io/dataset_json.hpp"
 #include "io/files.hpp"
 

@@ -15,6 +15,8 @@ struct EffectEntry {
   std::string type;
   std::vector<std::pair<std::string, std::optional<double>>> parameters;  ///< null: nothing
   std::string file, pointer;                                              ///< where it stands, for messages
+};
+
 /// Where the numbers of one part of a ship's JSON come from. `type` is empty for particulars and inertia.
 struct PartSource {
   std::string part, type, source;
@@ -33,8 +35,6 @@ struct Ship {
   std::optional<WindCoefficients> wind;
   std::vector<Actuator> actuators;  ///< every channel that a module reads, each once
   std::vector<EffectEntry> effects;
-  double u0_mps = 0.0;             ///< surge at which maneuvers start unless told otherwise
-  double random_interval_s = 0.0;  ///< time between random orders
   double u0_mps = 0.0;              ///< surge at which maneuvers start unless told otherwise
   double random_interval_s = 0.0;   ///< time between random orders
   std::vector<PartSource> sources;  ///< of particulars, inertia, each module and the actuators, in this order

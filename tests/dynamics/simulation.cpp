@@ -108,7 +108,7 @@ TEST_CASE("simulation: in a steady turn the track is a circle of radius U/r", "[
   const Ship ship = read_ship("kvlcc2-l7");
   for (const double rudder : {-35.0, 20.0}) {
     const auto maneuver = turning(ship, rudder * kDegree);
-    const Trajectory t = simulate(SimulatedShip(ship), *maneuver, {0.0, 0.0}, {0.1, 5.0, 800.0});
+    const Trajectory t = simulate(SimulatedShip(ship), *maneuver, {}, {0.1, 5.0, 800.0});
     const auto point = [&](std::size_t back) {
       const std::size_t i = t.size() - 1 - back;
       return Vec2<double>(t[Channel::x0][i], t[Channel::y0][i]);
