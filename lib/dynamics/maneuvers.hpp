@@ -1,12 +1,22 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "core/random.hpp"
 #include "dynamics/simulation.hpp"
 #include "dynamics/wind_process.hpp"
 
 namespace leeway {
+
+/// A stretch of a maneuver over which one order stands.
+struct Phase {
+  double start_s = 0.0, end_s = 0.0;
+  double order = 0.0;         ///< what sets the phase apart: a rudder angle [rad] or revolutions [1/s]
+  bool is_fulfilled = false;  ///< it ended because what it waited for had come, not because its time was over
+  bool is_complete = false;   ///< it ended at all
+};
 
 /// Decides what is ordered. Commands may lie outside an actuator's limits: each actuator clips its own. The ship that a
 /// maneuver was made for must outlive it.
@@ -15,6 +25,12 @@ class Maneuver {
   virtual ~Maneuver() = default;
   /// Called once per time step with rising time; `command` holds the orders of the step before.
   virtual void order(double t_s, const ShipState<double>& state, Actuators<double>& command) = 0;
+  /// Whether the run can end. A maneuver that never says so runs for the whole duration.
+  virtual bool is_done() const { return false; }
+  /// The longest time that a maneuver that ends by itself can take; nothing for the others.
+  virtual std::optional<double> longest_s() const { return std::nullopt; }
+  /// The phases so far, for maneuvers that consist of them.
+  virtual std::vector<Phase> phases() const { return {}; }
 };
 
 /// All rudders to one angle at t = 0 and held. delta > 0: to starboard.
@@ -28,9 +44,34 @@ std::unique_ptr<Maneuver> zigzag(const Ship& ship, double rudder_rad, double hea
 /// normal, clipped to its limits. The ensemble paper's random maneuvers for vectwin-3m.
 std::unique_ptr<Maneuver> random_orders(const Ship& ship, RandomStream stream);
 
+/// A heading controller: delta = kp (course - psi) - kd r, the same order to all rudders.
+struct CourseKeeper {
+  double kp = 1.0;    ///< [rad/rad]
+  double kd_s = 1.0;  ///< [rad/(rad/s)]
+  double course = 0.0;
+
+  double rudder(const ShipState<double>& state) const { return kp * (course - state.eta(2)) - kd_s * state.nu(2); }
+};
+
+/// Gains for a ship at a speed > 0: kp = 1, kd = 2 L_pp/u. Our choice; the ships shipped with leeway keep their course.
+CourseKeeper course_keeper(const Ship& ship, double u_mps);
+
+/// Keeps the heading of the start.
+std::unique_ptr<Maneuver> straight(const Ship& ship, const CourseKeeper& keeper);
+
+/// Puts one angle to all rudders of the ship.
+void order_rudders(const Ship& ship, double rudder_rad, Actuators<double>& command);
+
+/// The ship at the origin, going straight ahead at u, with the revolutions at which the thrust balances the resistance
+/// in calm air. Throws UsageError where no revolutions within the limits do.
+SimulatedShip steady_ahead(const Ship& ship, double u_mps);
+
 /// Runs a maneuver from the given state. Throws NumericalError with the time if a state stops being finite.
-///   start  the ship at t = 0;  wind  the true wind from t = 0 on, held over each time step
+/// The run ends after the duration, or at the first sample at which the maneuver is done.
+///   start       the ship at t = 0
+///   wind        the true wind from t = 0 on, held over each time step
+///   every_step  receives a row for every time step, where it is not null
 Trajectory simulate(SimulatedShip start, Maneuver& maneuver, WindProcess wind, const TimeGrid& grid,
-                    Integrator integrator = Integrator::rk4);
+                    Integrator integrator = Integrator::rk4, Trajectory* every_step = nullptr);
 
 }  // namespace leeway
