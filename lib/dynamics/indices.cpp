@@ -104,16 +104,16 @@ Json turning_indices(const Track& track, double rudder, double L_pp) {
 
   // Means over the last full turn, where at least half a turn came before it.
   const double total = course.change(track.at(end));
-  const Maybe from = total >= 540.0 * kDegree ? time_of_change(total - 360.0 * kDegree) : std::nullopt;
   Json& steady = json["steady"];
-  if (!from) return json;
-  const double duration = end - *from, r = course.side * 2.0 * kPi / duration;
-  const double U = (track.length(end) - track.length(*from)) / duration;
-  const double u = track.mean(*from, end, [](const Moment& m) { return m.nu(0); });
-  const double v_m = track.mean(*from, end, [](const Moment& m) { return m.nu(1); });
+  if (total < 540.0 * kDegree) return json;
+  const double from = time_of_change(total - 360.0 * kDegree).value_or(t0);
+  const double duration = end - from, r = course.side * 2.0 * kPi / duration;
+  const double U = (track.length(end) - track.length(from)) / duration;
+  const double u = track.mean(from, end, [](const Moment& m) { return m.nu(0); });
+  const double v_m = track.mean(from, end, [](const Moment& m) { return m.nu(1); });
   double scatter = 0.0;
   for (const double t : track.times())
-    if (t >= *from) scatter = std::max(scatter, std::abs(track.at(t).nu(2) / r - 1.0));
+    if (t >= from) scatter = std::max(scatter, std::abs(track.at(t).nu(2) / r - 1.0));
   steady["is_steady"] = scatter < kSteadyTurn;
   steady["u_mps"] = u;
   steady["vm_mps"] = v_m;
@@ -367,12 +367,16 @@ Json imo_criteria(const Json& indices, const ManeuverFacts& facts, const Ship& s
   const auto is = [](double angle, double degrees) {
     return std::abs(std::abs(angle) - degrees * kDegree) < kSameAngle;
   };
-  // The hardest angle up to 35 deg that all rudders can take to this side.
-  double hardest = 35.0 * kDegree;
-  for (const Actuator& actuator : ship.actuators)
-    if (actuator.is_rudder()) hardest = std::min(hardest, facts.rudder < 0.0 ? -actuator.min : actuator.max);
+  // The largest angle that any rudder takes to this side, and the hardest turn up to 35 deg that all can make.
+  double reached = 0.0, hardest = 35.0 * kDegree;
+  for (const Actuator& actuator : ship.actuators) {
+    if (!actuator.is_rudder()) continue;
+    const double limit = facts.rudder < 0.0 ? -actuator.min : actuator.max;
+    reached = std::max(reached, std::min(std::abs(facts.rudder), limit));
+    hardest = std::min(hardest, limit);
+  }
   const bool is_turning = facts.maneuver == "turning", is_zigzag = facts.maneuver == "zigzag";
-  const bool is_hard_turn = is_turning && is(facts.rudder, rad_to_deg(hardest));
+  const bool is_hard_turn = is_turning && is(reached, rad_to_deg(hardest));
   const bool is_10_10 = is_zigzag && is(facts.rudder, 10.0) && is(facts.heading, 10.0);
   const bool is_20_20 = is_zigzag && is(facts.rudder, 20.0) && is(facts.heading, 20.0);
   const bool is_initial_turning = (is_turning || is_zigzag) && is(facts.rudder, 10.0);

@@ -1,10 +1,9 @@
 #include "dynamics/maneuvers.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
+#include "dynamics/straight_run.hpp"
 
 namespace leeway {
 namespace {
@@ -59,8 +58,7 @@ class RandomOrders : public Maneuver {
 class Straight : public Maneuver {
  public:
   Straight(const Ship& ship, const CourseKeeper& keeper) : ship_(ship), keeper_(keeper) {}
-  void order(double t_s, const ShipState<double>& state, Actuators<double>& command) override {
-    if (t_s == 0.0) keeper_.course = state.eta(2);
+  void order(double, const ShipState<double>& state, Actuators<double>& command) override {
     order_rudders(ship_, keeper_.rudder(state), command);
   }
 
@@ -76,26 +74,16 @@ void order_rudders(const Ship& ship, double rudder_rad, Actuators<double>& comma
     if (actuator.is_rudder()) command[actuator.channel] = rudder_rad;
 }
 
-CourseKeeper course_keeper(const Ship& ship, double u_mps) { return {1.0, 2.0 * ship.particulars.L_pp / u_mps, 0.0}; }
+CourseKeeper course_keeper(const SimulatedShip& start) {
+  const double u0 = start.state.nu(0);
+  if (!(u0 > 0.0)) throw UsageError(fmt::format("a course is kept at a speed ahead, not at {} m/s: set --u0-mps", u0));
+  return {1.0, 2.0 * start.ship.particulars.L_pp / u0, start.state.eta(2)};
+}
 
 SimulatedShip steady_ahead(const Ship& ship, double u_mps) {
   SimulatedShip start(ship);
   start.state.nu(0) = u_mps;
-  const Actuator* propeller = ship.find_actuator(Channel::n_p);
-  const auto surge = [&](double n) {
-    start.actuators[Channel::n_p] = n;
-    return start.model.acceleration(start.state.nu, start.actuators, Vec2<double>(u_mps, 0.0))(0);
-  };
-  double low = std::max(0.0, propeller->min), high = propeller->max;
-  if (!(surge(low) <= 0.0) || !(surge(high) >= 0.0))
-    throw UsageError(
-        fmt::format("the ship '{}' cannot hold {} m/s: no revolutions from {} to {} 1/s balance the resistance",
-                    ship.name, u_mps, low, high));
-  for (int i = 0; i < 100 && low < high; ++i) {
-    const double middle = 0.5 * (low + high);
-    (surge(middle) < 0.0 ? low : high) = middle;
-  }
-  start.actuators[Channel::n_p] = high;
+  start.actuators[Channel::n_p] = self_propulsion_n(ship, u_mps);
   return start;
 }
 

@@ -27,7 +27,7 @@ class Maneuver {
   virtual void order(double t_s, const ShipState<double>& state, Actuators<double>& command) = 0;
   /// Whether the run can end. A maneuver that never says so runs for the whole duration.
   virtual bool is_done() const { return false; }
-  /// The longest time that a maneuver that ends by itself can take; nothing for the others.
+  /// How long the maneuver takes at most; nothing where it takes as long as one likes.
   virtual std::optional<double> longest_s() const { return std::nullopt; }
   /// The phases so far, for maneuvers that consist of them.
   virtual std::vector<Phase> phases() const { return {}; }
@@ -53,17 +53,19 @@ struct CourseKeeper {
   double rudder(const ShipState<double>& state) const { return kp * (course - state.eta(2)) - kd_s * state.nu(2); }
 };
 
-/// Gains for a ship at a speed > 0: kp = 1, kd = 2 L_pp/u. Our choice; the ships shipped with leeway keep their course.
-CourseKeeper course_keeper(const Ship& ship, double u_mps);
+/// Gains by the speed at the start: kp = 1, kd = 2 L_pp/u0; the course is the heading there. Our choice; the ships
+/// shipped with leeway keep their course. Throws UsageError for a ship that does not go ahead.
+CourseKeeper course_keeper(const SimulatedShip& start);
 
-/// Keeps the heading of the start.
+/// Keeps a heading.
 std::unique_ptr<Maneuver> straight(const Ship& ship, const CourseKeeper& keeper);
 
 /// Puts one angle to all rudders of the ship.
 void order_rudders(const Ship& ship, double rudder_rad, Actuators<double>& command);
 
 /// The ship at the origin, going straight ahead at u, with the revolutions at which the thrust balances the resistance
-/// in calm air. Throws UsageError where no revolutions within the limits do.
+/// in calm air (self_propulsion_n() of dynamics/straight_run.hpp). Throws NumericalError where the propeller cannot do
+/// it.
 SimulatedShip steady_ahead(const Ship& ship, double u_mps);
 
 /// Runs a maneuver from the given state. Throws NumericalError with the time if a state stops being finite.

@@ -17,8 +17,8 @@ constexpr double kHoldLengths = 60.0;
 constexpr double kApproachLengths = 5.0;
 constexpr double kStopLengths = 200.0;
 constexpr double kCoastLengths = 300.0;
-constexpr double kCoastSpeed = 0.1;   // of the speed at the start
-constexpr double kPulseTimes = 40.0;  // sqrt(L_pp/g)
+constexpr double kCoastSpeed = 0.1;                       // of the speed at the start
+constexpr double kPulseTimes = 40.0, kRestTimes = 120.0;  // sqrt(L_pp/g)
 
 enum class Until { time, turn_is_steady, stopped, slow };
 
@@ -34,8 +34,7 @@ class PhasedManeuver : public Maneuver {
  public:
   PhasedManeuver(const SimulatedShip& start, std::vector<PlannedPhase> plan)
       : ship_(start.ship), plan_(std::move(plan)), u0_mps_(start.state.nu(0)) {
-    if (u0_mps_ > 0.0) keeper_ = course_keeper(ship_, u0_mps_);
-    keeper_.course = start.state.eta(2);
+    if (u0_mps_ > 0.0) keeper_ = course_keeper(start);
   }
 
   void order(double t_s, const ShipState<double>& state, Actuators<double>& command) override {
@@ -186,7 +185,9 @@ ThrusterPulses thruster_pulses_for(const Ship& ship, std::optional<Channel> thru
                                  : *thruster == Channel::n_bt ? "bow"
                                                               : "stern"));
   pulses.rps = std::min(actuator->max, -actuator->min);
-  pulses.pulse_s = pulses.rest_s = kPulseTimes * std::sqrt(ship.particulars.L_pp / kGravity_mps2);
+  const double unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
+  pulses.pulse_s = kPulseTimes * unit_s;
+  pulses.rest_s = kRestTimes * unit_s;
   return pulses;
 }
 

@@ -47,7 +47,8 @@ struct ThrusterPulses {
 };
 
 /// The pulses that suit a ship: its bow thruster (or else the stern thruster) at the largest revolutions that both
-/// sides have, 40 sqrt(L_pp/g) long and as long between. Throws UsageError for a ship without thrusters.
+/// sides have, 40 sqrt(L_pp/g) long with 120 sqrt(L_pp/g) between, in which most of the yaw decays. Throws UsageError
+/// for a ship without thrusters.
 ThrusterPulses thruster_pulses_for(const Ship& ship, std::optional<Channel> thruster = {});
 
 /// Pulses of a thruster to starboard, to port, and so on, each followed by a rest. Phases: pulse, rest, pulse, ...

@@ -19,6 +19,7 @@ double factor_of(Channel channel) { return info(channel).quantity == Quantity::a
 class ScheduledOrders : public Maneuver {
  public:
   explicit ScheduledOrders(Schedule schedule) : schedule_(std::move(schedule)) {}
+  std::optional<double> longest_s() const override { return schedule_.end_s() + kAfterLastRow_s; }
   void order(double t_s, const ShipState<double>&, Actuators<double>& command) override {
     for (; next_ < schedule_.rows.size() && schedule_.rows[next_].t_s <= t_s + kSameTime_s; ++next_)
       for (std::size_t i = 0; i < schedule_.channels.size(); ++i)
@@ -27,7 +28,7 @@ class ScheduledOrders : public Maneuver {
   }
 
  private:
-  static constexpr double kSameTime_s = 1e-9;
+  static constexpr double kSameTime_s = 1e-9, kAfterLastRow_s = 200.0;
   Schedule schedule_;
   std::size_t next_ = 0;
 };

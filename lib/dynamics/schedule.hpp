@@ -25,7 +25,7 @@ struct Schedule {
 /// these, no t_s or no actuator at all, a negative time or one that does not increase, text or nan, and no row.
 Schedule read_schedule(const std::string& path, const Ship& ship);
 
-/// Until the first row, the ship keeps the actuators of the start.
+/// Until the first row, the ship keeps the actuators of the start. It takes 200 s beyond the last row (our choice).
 std::unique_ptr<Maneuver> scheduled_orders(Schedule schedule);
 
 }  // namespace leeway

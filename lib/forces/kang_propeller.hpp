@@ -39,7 +39,7 @@ struct KangPropeller {
     using std::abs, std::sqrt;
     const T& u = nu(0);
     const T U2 = u * u + nu(1) * nu(1);
-    const T n = n_P > T(0.0) ? n_P : T(0.0);
+    const T n = n_P > T(kStopped_rps) ? n_P : T(0.0);
     const bool is_ahead = u > T(0.0) && U2 > T(kAtRest_m2ps2);
 
     const T per_nD = n > T(0.0) ? T(1.0 / (n * c.D_P)) : T(0.0);
@@ -65,6 +65,8 @@ struct KangPropeller {
   }
 
  private:
+  // An actuator approaches 0 exponentially and never arrives; below this J_s would overflow and mean nothing.
+  static constexpr double kStopped_rps = 1e-9;
   static constexpr double kFarAstern = 100.0;  // beyond all limits of the polynomials in J
 
   // What drift and yaw take off the wake fraction and the thrust deduction.
