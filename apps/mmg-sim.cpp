@@ -30,7 +30,8 @@ struct SimOptions {
   std::optional<double> duration_s, u0_mps, n_p_rps, hold_s, approach_s, astern_rps, thruster_rps, pulse_s, rest_s, kp,
       kd;
   double zigzag_rudder_deg = 10.0, turning_rudder_deg = 35.0, pull_out_rudder_deg = 20.0, spiral_rudder_deg = 25.0,
-         step_deg = 5.0, heading_deg = 0.0, wind_speed_mps = 0.0, wind_dir_deg = 0.0;
+         amidships_deg = 0.0, step_deg = 5.0, fine_step_deg = 0.5, heading_deg = 0.0, wind_speed_mps = 0.0,
+         wind_dir_deg = 0.0;
   std::size_t pulses = 2;
   std::string wind = "steady";
   std::size_t restart_steps = 0;
@@ -170,9 +171,8 @@ void write_indices(const CLI::App& app, const SimOptions& opt, const Ship& ship,
   io::write_text(opt.indices, io::to_text(json));
   if (!json.contains("indices")) return;
   if (const std::vector<std::string> missing = not_reached(json["indices"]); !missing.empty())
-    spdlog::warn(
-        "not reached in this run and null in the indices: {}; a longer --duration-s may help (the run took {} s)",
-        fmt::join(missing, ", "), every_step[Channel::t].back() - every_step[Channel::t].front());
+    spdlog::warn("null in the indices, since this run of {} s did not reach or did not tell it: {}",
+                 every_step[Channel::t].back() - every_step[Channel::t].front(), fmt::join(missing, ", "));
 }
 
 void check_streams(const SimOptions& opt) {
@@ -300,6 +300,11 @@ int main(int argc, char** argv) try {
       app.add_subcommand("pull-out", "turn to starboard, amidships, turn to port, amidships: which yaw rates remain?");
   add_maneuver_options(*pull_out_test, opt, {.duration_s = until_done});
   add_rudder_to_both_sides(*pull_out_test, opt.pull_out_rudder_deg);
+  pull_out_test
+      ->add_option("--amidships-deg", opt.amidships_deg,
+                   "rudder angle that counts as amidships: the neutral one, where the ship is not symmetric [deg]")
+      ->check(cli::in_range(-180.0, 180.0))
+      ->capture_default_str();
   add_hold(*pull_out_test, opt);
 
   CLI::App* spiral_test =
@@ -309,6 +314,11 @@ int main(int argc, char** argv) try {
   spiral_test
       ->add_option("--step-deg", opt.step_deg, "step between rudder angles; --rudder-deg is a multiple of it [deg]")
       ->check(cli::in_range(0.1, 180.0))
+      ->capture_default_str();
+  spiral_test
+      ->add_option("--fine-step-deg", opt.fine_step_deg,
+                   "step within +- --step-deg, which is a multiple of it; a narrower loop can be missed [deg]")
+      ->check(cli::in_range(0.01, 180.0))
       ->capture_default_str();
   add_hold(*spiral_test, opt);
 
@@ -400,11 +410,13 @@ int main(int argc, char** argv) try {
   } else if (*random) {
     run("random", [](Start start, Options o) { return random_orders(start.ship, {o.common.seed, "random orders"}); });
   } else if (*pull_out_test) {
-    run("pull-out",
-        [](Start start, Options o) { return pull_out(start, deg_to_rad(o.pull_out_rudder_deg), o.hold_s); });
+    run("pull-out", [](Start start, Options o) {
+      return pull_out(start, deg_to_rad(o.pull_out_rudder_deg), deg_to_rad(o.amidships_deg), o.hold_s);
+    });
   } else if (*spiral_test) {
     run("spiral", [](Start start, Options o) {
-      return spiral(start, deg_to_rad(o.spiral_rudder_deg), deg_to_rad(o.step_deg), o.hold_s);
+      return spiral(start, deg_to_rad(o.spiral_rudder_deg), deg_to_rad(o.step_deg), deg_to_rad(o.fine_step_deg),
+                    o.hold_s);
     });
   } else if (*stop) {
     run("crash-stop", [](Start start, Options o) { return crash_stop(start, o.approach_s, o.astern_rps); });

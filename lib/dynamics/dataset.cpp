@@ -1,13 +1,16 @@
 #include "dynamics/dataset.hpp"
 
 #include <algorithm>
+#include <array>
 #include <set>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "dynamics/phased_maneuvers.hpp"
 #include "io/files.hpp"
 #include "io/trajectory_csv.hpp"
 
@@ -47,12 +50,64 @@ std::vector<double> one_or_more(const JsonObject& json, const std::string& key) 
   return values;
 }
 
+struct KindInfo {
+  ManeuverKind kind;
+  std::string_view word, in_names;
+  bool has_rudder;  // one run for each of the given angles
+};
+constexpr std::array<KindInfo, 9> kKinds{{
+    {ManeuverKind::random, "random", "r", false},
+    {ManeuverKind::zigzag, "zigzag", "z", true},
+    {ManeuverKind::turning, "turning", "t", true},
+    {ManeuverKind::pull_out, "pull-out", "pull-out-", true},
+    {ManeuverKind::spiral, "spiral", "spiral-", true},
+    {ManeuverKind::crash_stop, "crash-stop", "crash-stop", false},
+    {ManeuverKind::coast_down, "coast-down", "coast-down", false},
+    {ManeuverKind::thruster_pulses, "thruster-pulses", "thruster-pulses", false},
+    {ManeuverKind::straight, "straight", "straight", false},
+}};
+
+SimulatedShip start_of(const Ship& ship, const RunSpec& run) {
+  if (run.kind == ManeuverKind::straight) return steady_ahead(ship, run.u0_mps);
+  SimulatedShip start(ship);
+  start.state.nu(0) = run.u0_mps;
+  return start;
+}
+
+// The ship at the start outlives the maneuver.
+std::unique_ptr<Maneuver> maneuver_of(const SimulatedShip& start, const RunSpec& run, const RandomStream& orders) {
+  switch (run.kind) {
+    case ManeuverKind::random:
+      return random_orders(start.ship, orders);
+    case ManeuverKind::zigzag:
+      return zigzag(start.ship, run.rudder, run.heading);
+    case ManeuverKind::turning:
+      return turning(start.ship, run.rudder);
+    case ManeuverKind::pull_out:
+      return pull_out(start, run.rudder);
+    case ManeuverKind::spiral:
+      return spiral(start, run.rudder, run.rudder / 5.0, run.rudder / 50.0);
+    case ManeuverKind::crash_stop:
+      return crash_stop(start);
+    case ManeuverKind::coast_down:
+      return coast_down(start);
+    case ManeuverKind::thruster_pulses:
+      return thruster_pulses(start, thruster_pulses_for(start.ship));
+    case ManeuverKind::straight:
+      return straight(start.ship, course_keeper(start));
+  }
+  throw std::logic_error("a maneuver without a case");
+}
+
 // The runs of one entry: every parameter `count` times.
 void read_runs(const JsonObject& json, const std::string& prefix, const Ship& ship, const TimeGrid& grid,
                std::vector<RunSpec>& runs) {
   RunSpec run;
-  const std::string kind = json.word("maneuver", {"random", "zigzag", "turning"});
-  run.kind = kind == "random" ? ManeuverKind::random : kind == "zigzag" ? ManeuverKind::zigzag : ManeuverKind::turning;
+  std::vector<std::string> words;
+  for (const KindInfo& info : kKinds) words.emplace_back(info.word);
+  const std::string word = json.word("maneuver", words);
+  const KindInfo& kind = *std::find_if(kKinds.begin(), kKinds.end(), [&](const KindInfo& k) { return k.word == word; });
+  run.kind = kind.kind;
   run.duration_s = json.number("duration_s", io::kPositive);
   try {
     TimeGrid{grid.dt_s, grid.sample_s, run.duration_s}.check();
@@ -75,7 +130,7 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
   }
   const auto count = static_cast<std::size_t>(json.integer_or("count", 1, {1.0, 100000.0}));
   std::vector<double> rudders{0.0}, headings;
-  if (run.kind != ManeuverKind::random) {
+  if (kind.has_rudder) {
     rudders = one_or_more(json, "rudder_deg");
     if (std::count(rudders.begin(), rudders.end(), 0.0) > 0) json.fail("rudder_deg", "expected numbers other than 0");
   }
@@ -90,21 +145,29 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
       json.fail("heading_deg", "expected numbers > 0");
   }
   json.check_all_known();
+  try {  // what cannot be done is said before anything is simulated
+    const SimulatedShip start = start_of(ship, run);
+    for (const double rudder : rudders) {
+      run.rudder = deg_to_rad(rudder);
+      maneuver_of(start, run, {0, ""});
+    }
+  } catch (const UsageError& error) {
+    json.fail("maneuver", error.what());
+  } catch (const NumericalError& error) {
+    json.fail("u0_mps", error.what());
+  }
 
   for (std::size_t i = 0; i < rudders.size(); ++i)
     for (std::size_t k = 1; k <= count; ++k) {
       run.rudder = deg_to_rad(rudders[i]);
       const std::string angle = fmt::format("{}{}", rudders[i] < 0.0 ? "port" : "", std::abs(rudders[i]));
-      if (run.kind == ManeuverKind::random) {
-        run.name = fmt::format("{}-r-{:02}", prefix, k);
-      } else if (run.kind == ManeuverKind::turning) {
-        run.name = fmt::format("{}-t{}", prefix, angle);
-      } else {
+      run.name = fmt::format("{}-{}", prefix, kind.in_names);
+      if (kind.has_rudder) run.name += angle;
+      if (run.kind == ManeuverKind::zigzag) {
         run.heading = deg_to_rad(headings[i]);
-        run.name = fmt::format("{}-z{}", prefix, angle);
         if (headings[i] != std::abs(rudders[i])) run.name += fmt::format("-{}", headings[i]);
       }
-      if (run.kind != ManeuverKind::random && count > 1) run.name += fmt::format("-{:02}", k);
+      if (!kind.has_rudder || count > 1) run.name += fmt::format("-{:02}", k);
       runs.push_back(run);
     }
 }
@@ -115,13 +178,11 @@ double draw(const DrawnRange& range, RandomStream& stream) {
 
 // The noise-free run with the given place in the dataset.
 Trajectory simulate_run(const DatasetSpec& spec, const RunSpec& run, std::uint64_t seed, std::uint64_t place) {
-  const SimulatedShip ship(spec.ship, run.u0_mps);
+  const SimulatedShip ship = start_of(spec.ship, run);
   RandomStream wind(seed, "wind of a run", place);
   const double speed = draw(run.wind_speed_mps, wind);
   const double direction = draw(run.wind_dir, wind);
-  const auto maneuver = run.kind == ManeuverKind::turning  ? turning(spec.ship, run.rudder)
-                        : run.kind == ManeuverKind::zigzag ? zigzag(spec.ship, run.rudder, run.heading)
-                                                           : random_orders(spec.ship, {seed, "random orders", place});
+  const auto maneuver = maneuver_of(ship, run, {seed, "random orders", place});
   try {
     return simulate(ship, *maneuver,
                     run.has_stochastic_wind

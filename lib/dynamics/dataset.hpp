@@ -14,13 +14,23 @@ struct DrawnRange {
   double low = 0.0, high = 0.0;
 };
 
-enum class ManeuverKind { random, zigzag, turning };
+enum class ManeuverKind {
+  random,
+  zigzag,
+  turning,
+  pull_out,
+  spiral,
+  crash_stop,
+  coast_down,
+  thruster_pulses,
+  straight,
+};
 
 /// One run of a dataset.
 struct RunSpec {
   std::string name;  ///< of the recording, unique in the dataset
   ManeuverKind kind = ManeuverKind::random;
-  double rudder = 0.0, heading = 0.0;  ///< [rad]
+  double rudder = 0.0, heading = 0.0;  ///< [rad], of maneuvers that have them
   double u0_mps = 0.0, duration_s = 0.0;
   DrawnRange wind_speed_mps, wind_dir;  ///< [m/s], [rad]; means where the wind is stochastic
   bool has_stochastic_wind = false;

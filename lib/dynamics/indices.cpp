@@ -186,8 +186,13 @@ Json pull_out_indices(const Track& track, const std::vector<Phase>& phases, doub
   json["r_residual_from_port_degps"] = deg_or_null(yaw_rate(3));
   json["is_straight_line_stable"] = nullptr;
   if (phases.size() == 4 && all_fulfilled(phases)) {
-    const double U = track.at(phases[3].end_s).speed();
-    json["is_straight_line_stable"] = std::abs(*yaw_rate(1) - *yaw_rate(3)) * L_pp / U < kSameYaw;
+    const double L_by_U = L_pp / track.at(phases[3].end_s).speed();
+    const double from_starboard = *yaw_rate(1) * L_by_U, from_port = *yaw_rate(3) * L_by_U;
+    if (std::abs(from_starboard - from_port) >= kSameYaw)
+      json["is_straight_line_stable"] = false;
+    else if (std::abs(from_starboard + from_port) < 2.0 * kSameYaw)
+      json["is_straight_line_stable"] = true;
+    // Otherwise one common yaw rate remains: amidships is not the neutral angle, and a loop there stays unseen.
   }
   json["phases"] = Json::array();
   for (std::size_t i = 0; i < phases.size(); ++i)
@@ -201,6 +206,7 @@ Json pull_out_indices(const Track& track, const std::vector<Phase>& phases, doub
 Json spiral_indices(const Track& track, const std::vector<Phase>& phases, double L_pp) {
   Json rows = Json::array();
   std::vector<double> rudder[2], yaw[2];
+  std::vector<bool> is_steady[2];
   double speed = 0.0;
   double lowest = phases.empty() ? 0.0 : phases[0].order;
   for (const Phase& phase : phases) lowest = std::min(lowest, phase.order);
@@ -219,6 +225,7 @@ Json spiral_indices(const Track& track, const std::vector<Phase>& phases, double
     const auto add = [&](std::size_t to) {
       rudder[to].push_back(phase.order);
       yaw[to].push_back(m.nu(2));
+      is_steady[to].push_back(phase.is_fulfilled);
     };
     add(leg);
     if (leg == 0 && phase.order == lowest) {  // both legs share their turning point
@@ -231,12 +238,15 @@ Json spiral_indices(const Track& track, const std::vector<Phase>& phases, double
   json["loop_height_degps"] = json["loop_width_deg"] = json["is_straight_line_stable"] = nullptr;
   const std::size_t n = rudder[0].size();
   if (leg == 1 && rudder[1].size() == n) {
-    double height = -1e300;
-    for (std::size_t i = 0; i < n; ++i) height = std::max(height, yaw[0][i] - yaw[1][n - 1 - i]);
+    // Yaw rates that had not become steady tell nothing about a loop.
+    double height = 0.0;
+    for (std::size_t i = 0; i < n; ++i)
+      if (is_steady[0][i] && is_steady[1][n - 1 - i]) height = std::max(height, yaw[0][i] - yaw[1][n - 1 - i]);
     const Maybe first = zero_of(rudder[0], yaw[0]), second = zero_of(rudder[1], yaw[1]);
     json["loop_height_degps"] = rad_to_deg(height);
     json["loop_width_deg"] = deg_or_null(first && second ? Maybe(*second - *first) : std::nullopt);
-    if (all_fulfilled(phases)) json["is_straight_line_stable"] = height * L_pp / speed < kSameYaw;
+    const bool has_loop = height * L_pp / speed >= kSameYaw;
+    if (has_loop || all_fulfilled(phases)) json["is_straight_line_stable"] = !has_loop;
   }
   json["curve"] = rows;
   return json;
@@ -305,6 +315,8 @@ Json thruster_pulse_indices(const Track& track, const std::vector<Phase>& phases
     row["initial_yaw_acceleration_degps2"] = if_complete(pulse.is_complete, side * rad_to_deg(yaw_acceleration));
     row["initial_sway_acceleration_mps2"] = if_complete(pulse.is_complete, side * sway_acceleration);
     row["max_r_degps"] = if_complete(pulse.is_complete, side * rad_to_deg(r));
+    row["r_change_in_pulse_degps"] =
+        if_complete(pulse.is_complete, rad_to_deg(track.at(pulse.end_s).nu(2) - track.at(pulse.start_s).nu(2)));
     row["heading_change_in_pulse_deg"] = if_complete(pulse.is_complete, rad_to_deg(change(pulse.end_s)));
     row["heading_change_with_rest_deg"] = if_complete(is_rested, rad_to_deg(change(until)));
   }
@@ -443,6 +455,8 @@ std::vector<std::string> not_reached(const Json& indices) {
   for (const auto& [name, value] : indices.items()) {
     const bool is_repeated = name.size() > 7 && name.substr(name.size() - 7) == "_over_L";
     if (value.is_null() && !is_repeated) names.push_back(name);
+    if (value.is_structured())
+      for (const std::string& inner : not_reached(value)) names.push_back(name + "/" + inner);
   }
   return names;
 }

@@ -45,7 +45,7 @@ io::Json imo_criteria(const io::Json& indices, const ManeuverFacts& facts, const
 ///   trajectory  noise-free, every time step, all states known
 io::Json maneuver_indices(const Trajectory& trajectory, const Ship& ship, const ManeuverFacts& facts);
 
-/// The names of what is null, for a hint to the user: "advance_m, transfer_m".
+/// The names of what is null, for a hint to the user: "advance_m", "speeds/3/time_s".
 std::vector<std::string> not_reached(const io::Json& indices);
 
 }  // namespace leeway

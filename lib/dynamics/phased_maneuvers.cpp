@@ -55,7 +55,7 @@ class PhasedManeuver : public Maneuver {
   std::optional<double> longest_s() const override {
     double sum = 0.0;
     for (const PlannedPhase& phase : plan_) sum += phase.longest_s;
-    return sum;
+    return 1.5 * sum;  // phases end at time steps, so each may take a little longer
   }
 
   std::vector<Phase> phases() const override { return phases_; }
@@ -109,33 +109,50 @@ double length_time_s(const SimulatedShip& start, const char* maneuver) {
   return start.ship.particulars.L_pp / u0;
 }
 
+// Throws where a rudder cannot do it: what is read off would belong to another angle.
 PlannedPhase with_rudder(const SimulatedShip& start, double rudder_rad, double hold_s) {
+  for (const Actuator& actuator : start.ship.actuators)
+    if (actuator.is_rudder() && std::abs(actuator.clip(rudder_rad) - rudder_rad) > 1e-9)
+      throw UsageError(fmt::format("a rudder angle of {:g} deg is outside the limits {:g} to {:g} deg of '{}'",
+                                   rad_to_deg(rudder_rad), rad_to_deg(actuator.min), rad_to_deg(actuator.max),
+                                   info(actuator.channel).name));
   PlannedPhase phase{start.actuators, rudder_rad, Until::turn_is_steady, hold_s};
   order_rudders(start.ship, rudder_rad, phase.command);
   return phase;
 }
 
+int whole_steps(double whole, double step, const char* whole_name, const char* step_name) {
+  const double ratio = whole / step;
+  if (!(step > 0.0) || !(ratio > 0.5) || ratio > 1000.0 || std::abs(ratio - std::round(ratio)) > 1e-6)
+    throw UsageError(fmt::format("the {} must be a multiple of the {}, but {:g} deg is not one of {:g} deg", whole_name,
+                                 step_name, rad_to_deg(whole), rad_to_deg(step)));
+  return static_cast<int>(std::lround(ratio));
+}
+
 }  // namespace
 
-std::unique_ptr<Maneuver> pull_out(const SimulatedShip& start, double rudder_rad, std::optional<double> hold_s) {
+std::unique_ptr<Maneuver> pull_out(const SimulatedShip& start, double rudder_rad, double amidships_rad,
+                                   std::optional<double> hold_s) {
   const double hold = hold_s.value_or(kHoldLengths * length_time_s(start, "pull-out"));
   std::vector<PlannedPhase> plan;
-  for (const double rudder : {rudder_rad, 0.0, -rudder_rad, 0.0}) plan.push_back(with_rudder(start, rudder, hold));
+  for (const double rudder : {rudder_rad, amidships_rad, -rudder_rad, amidships_rad})
+    plan.push_back(with_rudder(start, rudder, hold));
   return std::make_unique<PhasedManeuver>(start, std::move(plan));
 }
 
-std::unique_ptr<Maneuver> spiral(const SimulatedShip& start, double rudder_rad, double step_rad,
+std::unique_ptr<Maneuver> spiral(const SimulatedShip& start, double rudder_rad, double step_rad, double fine_step_rad,
                                  std::optional<double> hold_s) {
   const double hold = hold_s.value_or(kHoldLengths * length_time_s(start, "spiral"));
-  const double steps = rudder_rad / step_rad;
-  if (!(step_rad > 0.0) || !(steps > 0.5) || steps > 1000.0 || std::abs(steps - std::round(steps)) > 1e-6)
-    throw UsageError(
-        fmt::format("the largest rudder angle must be a multiple of the step, but {} deg is not one of {} deg",
-                    rad_to_deg(rudder_rad), rad_to_deg(step_rad)));
-  const int n = static_cast<int>(std::lround(steps));
+  const int coarse = whole_steps(rudder_rad, step_rad, "largest rudder angle", "step");
+  const int fine = whole_steps(step_rad, fine_step_rad, "step", "fine step");
+  std::vector<double> leg;  // to port
+  for (int i = coarse; i > 1; --i) leg.push_back(i * step_rad);
+  for (int i = fine; i >= -fine; --i) leg.push_back(i * step_rad / fine);
+  for (int i = 2; i <= coarse; ++i) leg.push_back(-i * step_rad);
   std::vector<PlannedPhase> plan;
-  for (int i = n; i >= -n; --i) plan.push_back(with_rudder(start, i * rudder_rad / n, hold));
-  for (int i = -n + 1; i <= n; ++i) plan.push_back(with_rudder(start, i * rudder_rad / n, hold));
+  for (const double rudder : leg) plan.push_back(with_rudder(start, rudder, hold));
+  for (auto rudder = leg.rbegin() + 1; rudder != leg.rend(); ++rudder)
+    plan.push_back(with_rudder(start, *rudder, hold));
   return std::make_unique<PhasedManeuver>(start, std::move(plan));
 }
 

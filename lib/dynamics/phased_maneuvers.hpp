@@ -15,14 +15,17 @@ namespace leeway {
 
 /// Rudder to starboard, amidships, to port, amidships, each until the turn is steady: the yaw rates that remain
 /// amidships tell whether the ship is straight-line stable. Phases carry the rudder angle.
-///   hold_s  longest time of a phase; default 60 L_pp/u0
-std::unique_ptr<Maneuver> pull_out(const SimulatedShip& start, double rudder_rad, std::optional<double> hold_s = {});
+///   amidships_rad  what counts as amidships: the neutral rudder angle of a ship that is not symmetric
+///   hold_s         longest time of a phase; default 60 L_pp/u0
+std::unique_ptr<Maneuver> pull_out(const SimulatedShip& start, double rudder_rad, double amidships_rad = 0.0,
+                                   std::optional<double> hold_s = {});
 
 /// Dieudonne's spiral: rudder from +rudder_rad stepwise to -rudder_rad and back, each until the turn is steady. Phases
 /// carry the rudder angle.
-///   step_rad  > 0; rudder_rad is a multiple of it
-///   hold_s    longest time of a phase; default 60 L_pp/u0
-std::unique_ptr<Maneuver> spiral(const SimulatedShip& start, double rudder_rad, double step_rad,
+///   step_rad       > 0; rudder_rad is a multiple of it
+///   fine_step_rad  > 0, between -step_rad and step_rad, where the loop of an unstable ship is; step_rad is a multiple
+///   hold_s         longest time of a phase; default 60 L_pp/u0
+std::unique_ptr<Maneuver> spiral(const SimulatedShip& start, double rudder_rad, double step_rad, double fine_step_rad,
                                  std::optional<double> hold_s = {});
 
 /// A straight approach under a heading controller, then full astern until u = 0: the propeller to `astern_rps`, the
