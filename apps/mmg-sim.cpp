@@ -13,6 +13,8 @@
 #include "dynamics/phased_maneuvers.hpp"
 #include "dynamics/replay.hpp"
 #include "dynamics/schedule.hpp"
+#include "dynamics/ship_report.hpp"
+#include "effects/catalogue.hpp"
 #include "io/dataset_json.hpp"
 #include "io/files.hpp"
 
@@ -24,8 +26,8 @@ constexpr double kDuration_s = 200.0;  // of maneuvers that do not end by themse
 
 struct SimOptions {
   cli::CommonOptions common;
-  std::string ship, output = "-", noise, truth, indices, columns, spec, schedule, thruster;
-  std::vector<std::string> recordings;
+  std::string ship, output = "-", noise, truth, indices, columns, spec, schedule, thruster, effect;
+  std::vector<std::string> recordings, effects;
   TimeGrid grid;
   std::optional<double> duration_s, u0_mps, n_p_rps, hold_s, approach_s, astern_rps, thruster_rps, pulse_s, rest_s, kp,
       kd;
@@ -35,7 +37,7 @@ struct SimOptions {
   std::size_t pulses = 2;
   std::string wind = "steady";
   std::size_t restart_steps = 0;
-  bool hold = false, prediction = false;
+  bool hold = false, prediction = false, page = false;
 };
 
 void add_output(CLI::App& sub, SimOptions& opt, const std::string& what) {
@@ -43,8 +45,13 @@ void add_output(CLI::App& sub, SimOptions& opt, const std::string& what) {
 }
 
 void add_ship_and_steps(CLI::App& sub, SimOptions& opt) {
-  sub.add_option("--ship", opt.ship, "ship (JSON), or the name of a shipped one: vectwin-3m, esso-osaka-3m")
+  sub.add_option("--ship", opt.ship, "ship (JSON), or the name of a shipped one: 'mmg-sim ships' lists them")
       ->required();
+  sub.add_option("--effect", opt.effects,
+                 "physics to add to the ship's effects (JSON, see 'mmg-sim effects'); may be given several times")
+      ->type_name("TEXT")
+      ->expected(1)
+      ->take_all();
   sub.add_option("--dt-s", opt.grid.dt_s, "time step of the integration [s]")
       ->check(cli::positive())
       ->capture_default_str();
@@ -73,7 +80,7 @@ void add_maneuver_options(CLI::App& sub, SimOptions& opt, const Defaults& defaul
   sub.add_option("--duration-s", opt.duration_s, "length of the run, a multiple of --sample-s [s]")
       ->check(cli::positive())
       ->default_str(defaults.duration_s);
-  sub.add_option("--u0-mps", opt.u0_mps, "surge velocity at the start [m/s]")
+  sub.add_option("--u0-mps", opt.u0_mps, "surge at the start, through the water [m/s]")
       ->check(cli::in_range(-50.0, 50.0))
       ->default_str(defaults.u0_mps);
   sub.add_option("--n-p-rps", opt.n_p_rps, "propeller revolutions, at the start and ordered [1/s]")
@@ -126,8 +133,7 @@ double u0_of(const Ship& ship, const SimOptions& opt) { return opt.u0_mps.value_
 // A maneuver that is to begin steadily where the user has not given the revolutions.
 SimulatedShip balanced_start(const Ship& ship, const SimOptions& opt, double u_mps) {
   if (opt.n_p_rps || u_mps <= 0.0) {
-    SimulatedShip start(ship);
-    start.state.nu(0) = u_mps;
+    SimulatedShip start(ship, u_mps);
     start.actuators[Channel::n_p] = 0.0;
     return start;
   }
@@ -137,8 +143,7 @@ SimulatedShip balanced_start(const Ship& ship, const SimOptions& opt, double u_m
 SimulatedShip ship_at_start(const Ship& ship, const SimOptions& opt, const std::string& maneuver) {
   SimulatedShip start = maneuver == "straight"          ? balanced_start(ship, opt, u0_of(ship, opt))
                         : maneuver == "thruster-pulses" ? balanced_start(ship, opt, opt.u0_mps.value_or(0.0))
-                                                        : SimulatedShip(ship);
-  if (opt.u0_mps) start.state.nu(0) = *opt.u0_mps;
+                                                        : SimulatedShip(ship, u0_of(ship, opt));
   if (!opt.n_p_rps) return start;
   const Actuator* propeller = ship.find_actuator(Channel::n_p);
   if (propeller == nullptr || propeller->clip(*opt.n_p_rps) != *opt.n_p_rps)
@@ -166,6 +171,7 @@ void write_indices(const CLI::App& app, const SimOptions& opt, const Ship& ship,
   json.update(maneuver_indices(every_step, ship, facts));
   std::vector<std::string> inputs{ship.file};
   if (!opt.schedule.empty()) inputs.push_back(opt.schedule);
+  inputs.insert(inputs.end(), opt.effects.begin(), opt.effects.end());
   inputs.insert(inputs.end(), opt.recordings.begin(), opt.recordings.end());
   json["provenance"] = cli::provenance(app, opt.common, inputs, {"--truth", "--indices", "--noise"});
   io::write_text(opt.indices, io::to_text(json));
@@ -186,6 +192,13 @@ void write_result(const SimOptions& opt, const Trajectory& truth) {
   io::write_trajectory(opt.output, observed(truth, noise, {opt.common.seed, "observation noise"}));
 }
 
+Ship read_ship_with_effects(const SimOptions& opt) {
+  Ship ship = read_ship(opt.ship);
+  for (const std::string& file : opt.effects)
+    for (EffectEntry& effect : read_effects(file)) ship.effects.push_back(std::move(effect));
+  return ship;
+}
+
 // The ship at the start outlives the maneuver.
 using MakeManeuver = std::unique_ptr<Maneuver> (*)(const SimulatedShip& start, const SimOptions&);
 
@@ -194,7 +207,7 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
   grid.duration_s = opt.duration_s.value_or(grid.sample_s);
   grid.check();
   check_streams(opt);
-  Ship ship = read_ship(opt.ship);
+  Ship ship = read_ship_with_effects(opt);
   if (opt.n_p_rps)
     for (Actuator& actuator : ship.actuators)  // ordered revolutions stay, also in a random run
       if (actuator.channel == Channel::n_p) actuator.is_random = false;
@@ -208,7 +221,7 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
   if (!opt.indices.empty()) {
     ManeuverFacts facts = facts_of(opt, name);
     facts.phases = maneuver->phases();
-    io::Json conditions{{"u0_mps", start.state.nu(0)}, {"n_p_rps", start.actuators[Channel::n_p]}};
+    io::Json conditions{{"u0_mps", start.surge_through_water()}, {"n_p_rps", start.actuators[Channel::n_p]}};
     if (facts.rudder != 0.0) conditions["rudder_deg"] = rad_to_deg(facts.rudder);
     if (facts.heading != 0.0) conditions["heading_deg"] = rad_to_deg(facts.heading);
     conditions["wind"] = {{"kind", opt.wind}, {"speed_mps", opt.wind_speed_mps}, {"dir_deg", opt.wind_dir_deg}};
@@ -231,7 +244,7 @@ void run_replay(const CLI::App& app, const SimOptions& opt) {
     throw UsageError("one recording at a time, except with --restart-steps and --prediction");
   if (!opt.prediction) check_streams(opt);
 
-  const Ship ship = read_ship(opt.ship);
+  const Ship ship = read_ship_with_effects(opt);
   const std::vector<Trajectory> recordings = cli::read_recordings(paths, opt.columns, opt.common.jobs);
   std::vector<RecordedInputs> inputs;
   for (const Trajectory& recording : recordings) {
@@ -395,6 +408,19 @@ int main(int argc, char** argv) try {
   dataset->add_option("spec", opt.spec, "specification (JSON), or the name of a shipped one: demo")->required();
   add_output(*dataset, opt, "folder for <set>/<name>.csv, <set>/truth/<name>.csv and dataset.json");
 
+  CLI::App* ships = app.add_subcommand("ships", "list the shipped ships");
+  add_output(*ships, opt, "where the text goes, '-' for stdout");
+
+  CLI::App* show =
+      app.add_subcommand("show", "particulars, modules, limits, straight run and self-propulsion of a ship");
+  show->add_option("ship", opt.ship, "ship (JSON), or the name of a shipped one")->required();
+  add_output(*show, opt, "where the text goes, '-' for stdout");
+
+  CLI::App* effects = app.add_subcommand("effects", "list the physics that can be added to a ship");
+  effects->add_option("effect", opt.effect, "only this one");
+  effects->add_flag("--page", opt.page, "as a page in Markdown: docs/effects.md");
+  add_output(*effects, opt, "where the text goes, '-' for stdout");
+
   if (const auto exit_code = cli::parse(app, argc, argv, opt.common)) return *exit_code;
 
   using Start = const SimulatedShip&;
@@ -448,6 +474,12 @@ int main(int argc, char** argv) try {
     });
   } else if (*replay_run) {
     run_replay(app, opt);
+  } else if (*ships) {
+    io::write_text(opt.output, ship_list());
+  } else if (*show) {
+    io::write_text(opt.output, ship_report(read_ship(opt.ship)));
+  } else if (*effects) {
+    io::write_text(opt.output, opt.page ? catalogue_page() : catalogue_text(opt.effect));
   } else {
     run_dataset(app, opt);
   }

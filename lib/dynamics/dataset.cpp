@@ -69,9 +69,7 @@ constexpr std::array<KindInfo, 9> kKinds{{
 
 SimulatedShip start_of(const Ship& ship, const RunSpec& run) {
   if (run.kind == ManeuverKind::straight) return steady_ahead(ship, run.u0_mps);
-  SimulatedShip start(ship);
-  start.state.nu(0) = run.u0_mps;
-  return start;
+  return SimulatedShip(ship, run.u0_mps);
 }
 
 // The ship at the start outlives the maneuver.

@@ -75,14 +75,13 @@ void order_rudders(const Ship& ship, double rudder_rad, Actuators<double>& comma
 }
 
 CourseKeeper course_keeper(const SimulatedShip& start) {
-  const double u0 = start.state.nu(0);
+  const double u0 = start.surge_through_water();
   if (!(u0 > 0.0)) throw UsageError(fmt::format("a course is kept at a speed ahead, not at {} m/s: set --u0-mps", u0));
   return {1.0, 2.0 * start.ship.particulars.L_pp / u0, start.state.eta(2)};
 }
 
 SimulatedShip steady_ahead(const Ship& ship, double u_mps) {
-  SimulatedShip start(ship);
-  start.state.nu(0) = u_mps;
+  SimulatedShip start(ship, u_mps);
   start.actuators[Channel::n_p] = self_propulsion_n(ship, u_mps);
   return start;
 }

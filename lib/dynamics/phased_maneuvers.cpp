@@ -33,7 +33,7 @@ struct PlannedPhase {
 class PhasedManeuver : public Maneuver {
  public:
   PhasedManeuver(const SimulatedShip& start, std::vector<PlannedPhase> plan)
-      : ship_(start.ship), plan_(std::move(plan)), u0_mps_(start.state.nu(0)) {
+      : ship_(start.ship), plan_(std::move(plan)), u0_mps_(start.surge_through_water()) {
     if (u0_mps_ > 0.0) keeper_ = course_keeper(start);
   }
 
@@ -103,7 +103,7 @@ class PhasedManeuver : public Maneuver {
 
 // L_pp/u0, the time of one ship length.
 double length_time_s(const SimulatedShip& start, const char* maneuver) {
-  const double u0 = start.state.nu(0);
+  const double u0 = start.surge_through_water();
   if (!(u0 > 0.0))
     throw UsageError(fmt::format("{} needs a speed ahead at the start, got {} m/s: set --u0-mps", maneuver, u0));
   return start.ship.particulars.L_pp / u0;

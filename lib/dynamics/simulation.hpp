@@ -143,6 +143,8 @@ struct SimulatedShip {
             Integrator integrator = Integrator::rk4);
   /// The same with given inputs; their times are set here.
   void advance(StepInputs<double> inputs, double dt_s, Integrator integrator = Integrator::rk4);
+  /// Surge through the water, which differs from that over ground if an effect moves the water.
+  double surge_through_water() const { return (state.nu - water_velocity(model, state.eta, t_s))(0); }
   bool is_finite() const { return state.eta.allFinite() && state.nu.allFinite(); }
 
  private:

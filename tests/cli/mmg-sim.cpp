@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "cli/run.hpp"
+#include "io/json.hpp"
 
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
@@ -161,4 +162,135 @@ TEST_CASE("mmg-sim: show tells particulars, modules, limits, a straight run and 
   CHECK(run_tool("mmg-sim show").exit_code == 2);
   CHECK(run_tool("mmg-sim show kvlcc2-l7 more").exit_code == 2);
   CHECK_THAT(run_tool("mmg-sim show kvlcc2").err, Contains("shipped: "));
+}
+
+TEST_CASE("mmg-sim: every maneuver runs with its defaults on a ship that can do it, and writes its indices", "[cli]") {
+  const TemporaryFolder folder;
+  const std::string schedule = folder.write("orders.csv", "t_s,n_p_rps\n5,8\n");
+  for (const std::string maneuver :
+       {"turning", "zigzag", "random", "pull-out", "spiral --rudder-deg 10 --fine-step-deg 5", "crash-stop",
+        "coast-down", "thruster-pulses", "straight", "schedule SCHEDULE"}) {
+    CAPTURE(maneuver);
+    std::string command = "mmg-sim " + maneuver + " --ship vectwin-3m -o run.csv --indices i.json";
+    if (const auto place = command.find("SCHEDULE"); place != std::string::npos)
+      command.replace(place, 8, "orders.csv");
+    const Outcome result = run(folder, command);
+    CHECK(result.exit_code == 0);
+    CHECK(result.out.empty());
+    const leeway::io::Json json = leeway::io::read_json(folder / "i.json");
+    CHECK(json["maneuver"] == maneuver.substr(0, maneuver.find(' ')));
+    CHECK(json["ship"]["name"].get<std::string>().size() > 0);
+    CHECK(json["conditions"].contains("u0_mps"));
+    CHECK(json["run"]["min_max"].contains("delta_p_deg"));
+    CHECK(json["provenance"]["tool"] == "mmg-sim");
+    CHECK(json["provenance"]["inputs"][0]["file"] == "configs/ships/vectwin-3m.json");
+    CHECK(json.contains("indices") == (maneuver != "random" && maneuver != "schedule SCHEDULE"));
+    CHECK(lines(read_text(folder / "run.csv")) > 10);
+  }
+}
+
+TEST_CASE("mmg-sim: indices come from every step, without noise, and leave the trajectory alone", "[cli]") {
+  const TemporaryFolder folder;
+  const std::string turn = "mmg-sim turning --ship esso-osaka-3m --duration-s 120 ";
+  const std::string plain = run(folder, turn).out;
+  const Outcome with = run(folder, turn + "--indices a.json");
+  CHECK(with.out == plain);
+  CHECK_THAT(with.err, Contains("time_to_360_deg_s"));  // not reached
+  REQUIRE(run(folder, turn + "--indices b.json --sample-s 10 --noise paper-model-scale -o r.csv").exit_code == 0);
+  const leeway::io::Json a = leeway::io::read_json(folder / "a.json"), b = leeway::io::read_json(folder / "b.json");
+  CHECK(a["indices"] == b["indices"]);
+  CHECK(a["indices"]["tactical_diameter_m"].is_number());
+  CHECK(a["indices"]["time_to_360_deg_s"].is_null());
+
+  const Outcome replayed = run(folder, "mmg-sim replay --ship esso-osaka-3m r.csv --indices c.json -o s.csv");
+  CHECK(replayed.exit_code == 0);
+  CHECK(leeway::io::read_json(folder / "c.json")["run"]["duration_s"] == 120.0);
+  CHECK(run(folder, turn + "--indices - -o r.csv").out == read_text(folder / "a.json"));
+}
+
+TEST_CASE("mmg-sim: a maneuver that is done ends the run, at a sample", "[cli]") {
+  const std::string stop = run_tool("mmg-sim crash-stop --ship esso-osaka-3m --sample-s 5").out;
+  CHECK(lines(stop) < 60);
+  CHECK_THAT(stop, Contains("\n110,-"));
+  CHECK(lines(run_tool("mmg-sim crash-stop --ship esso-osaka-3m --duration-s 30").out) == 32);
+}
+
+TEST_CASE("mmg-sim: stochastic wind follows the seed", "[cli]") {
+  const std::string command =
+      "mmg-sim straight --ship vectwin-3m --duration-s 20 --wind stochastic --wind-speed-mps 1 --wind-dir-deg 90 "
+      "--seed ";
+  const std::string a = run_tool(command + "1").out;
+  CHECK(a == run_tool(command + "1").out);
+  CHECK(a != run_tool(command + "2").out);
+  CHECK_THAT(a, !Contains(",1,90,"));
+}
+
+TEST_CASE("mmg-sim: a schedule comes from a pipe too, and says what is wrong", "[cli]") {
+  const Outcome result = run_tool("printf 't_s,delta_deg\\n0,40\\n' | mmg-sim schedule --ship esso-osaka-3m -");
+  CHECK(result.exit_code == 0);
+  CHECK(lines(result.out) == 202);
+  CHECK_THAT(result.err, Contains("warning: -:2: column 'delta_deg': 1 order outside the limits -35 to 35"));
+  const TemporaryFolder folder;
+  const Outcome wrong =
+      run(folder, "mmg-sim schedule --ship esso-osaka-3m " + folder.write("o.csv", "t_s,dleta_deg\n0,4\n"));
+  CHECK(wrong.exit_code == 3);
+  CHECK(wrong.out.empty());
+  CHECK_THAT(wrong.err, Contains("o.csv:1: column 'dleta_deg': is no order of the ship"));
+  CHECK(lines(wrong.err) == 1);
+  CHECK(run(folder, "mmg-sim schedule --ship esso-osaka-3m nowhere.csv").exit_code == 4);
+}
+
+TEST_CASE("mmg-sim: maneuvers that a ship cannot do are exit code 2 with one line", "[cli]") {
+  for (const auto& [arguments, message] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"spiral --ship vectwin-3m --step-deg 7", "25 deg is not one of 7 deg"},
+           {"spiral --ship vectwin-3m --rudder-deg 40", "40 deg is outside the limits"},
+           {"spiral --ship vectwin-3m --u0-mps 0", "needs a speed ahead"},
+           {"pull-out --ship vectwin-3m --rudder-deg -5", "expected a number from 0.1 to 180"},
+           {"pull-out --ship vectwin-3m --hold-s 0", "expected a number > 0, got '0'"},
+           {"crash-stop --ship vectwin-3m --astern-rps -5", "within the limits 0 to 20"},
+           {"crash-stop --ship esso-osaka-3m --astern-rps 5", "expected a number from -1000 to 0"},
+           {"coast-down --ship vectwin-3m --u0-mps 0", "needs a speed ahead"},
+           {"thruster-pulses --ship kvlcc2-l7", "has no bow or stern thruster"},
+           {"thruster-pulses --ship vectwin-3m --thruster stern", "has no stern thruster"},
+           {"thruster-pulses --ship vectwin-3m --thruster-rps 31", "(-30 to 30 1/s), got 31"},
+           {"straight --ship vectwin-3m --u0-mps 0", "at a speed ahead"},
+           {"schedule --ship vectwin-3m", "schedule is required"},
+           {"turning --ship vectwin-3m --hold-s 5", "not expected"},
+           {"turning --ship vectwin-3m --indices -", "only one of --output"},
+           {"turning --ship vectwin-3m --wind stochastic --wind-speed-mps 40 --dt-s 1", "too long for stochastic wind"},
+           {"replay --ship vectwin-3m --prediction --restart-steps 10 --indices i.json a.csv", "do not apply"}}) {
+    const Outcome result = run_tool(fmt::format("mmg-sim {}", arguments));
+    CAPTURE(arguments, result.err);
+    CHECK(result.exit_code == 2);
+    CHECK(result.out.empty());
+    CHECK_THAT(result.err, StartsWith("mmg-sim: error: ") && Contains(message));
+    CHECK(lines(result.err) == 1);
+  }
+  CHECK(run_tool("mmg-sim straight --ship vectwin-3m --u0-mps 3").exit_code == 1);
+}
+
+TEST_CASE("mmg-sim: a dataset holds the other maneuvers and stochastic wind, and refuses what a ship cannot do",
+          "[cli]") {
+  const TemporaryFolder folder;
+  const auto dataset = [&](const std::string& ship, const std::string& runs) {
+    const std::string spec =
+        folder.write("s.json", fmt::format(R"({{"ship": "{}", "sets": [{{"name": "A", "runs": [{}]}}]}})", ship, runs));
+    return run(folder, "mmg-sim dataset " + spec + " -o d");
+  };
+  CHECK(dataset("vectwin-3m", R"({"maneuver": "random", "duration_s": 20, "count": 2,
+                                  "wind": {"kind": "stochastic", "speed_mps": [1, 2], "dir_deg": [0, 360]}},
+                                 {"maneuver": "crash-stop", "duration_s": 300}, {"maneuver": "spiral", "rudder_deg": 20, "duration_s": 60},
+                                 {"maneuver": "straight", "u0_mps": 0.3, "duration_s": 20})")
+            .exit_code == 0);
+  for (const char* name : {"a-r-01", "a-r-02", "a-crash-stop-01", "a-spiral-20", "a-straight-01"}) {
+    CAPTURE(name);
+    CHECK(lines(read_text(folder / fmt::format("d/A/truth/{}.csv", name))) > 20);
+  }
+  CHECK(lines(read_text(folder / "d/A/a-crash-stop-01.csv")) < 150);  // it ends when the ship has stopped
+  const Outcome thruster = dataset("kvlcc2-l7", R"({"maneuver": "thruster-pulses", "duration_s": 60})");
+  CHECK(thruster.exit_code == 3);
+  CHECK_THAT(thruster.err, Contains("/sets/0/runs/0/maneuver: the ship 'kvlcc2-l7' has no"));
+  const Outcome wind = dataset("vectwin-3m", R"({"maneuver": "random", "duration_s": 60, "wind": {"kind": "gusty"}})");
+  CHECK(wind.exit_code == 3);
+  CHECK_THAT(wind.err, Contains("/sets/0/runs/0/wind/kind"));
 }
