@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "core/scalar.hpp"
+#include "forces/drift_angle.hpp"
 #include "forces/propeller_flow.hpp"
 #include "ship/coefficients.hpp"
 
@@ -66,10 +67,10 @@ struct StandardPropeller {
  private:
   // 1 - w_P for u > 0.
   T wake(const Vec3<T>& nu) const {
-    using std::abs, std::atan2, std::exp, std::sqrt;
+    using std::abs, std::exp, std::sqrt;
     const T U2 = nu(0) * nu(0) + nu(1) * nu(1);
     if (!(U2 > T(kAtRest_m2ps2))) return 1.0 - c.w_P0;
-    const T beta_P = atan2(T(-nu(1)), nu(0)) - c.x_P * p.L_pp * nu(2) / sqrt(U2);
+    const T beta_P = drift_angle<T>(nu(0), nu(1)) - c.x_P * p.L_pp * nu(2) / sqrt(U2);
     const T& C_2 = beta_P < T(0.0) ? c.C_2_negative : c.C_2_positive;
     return (1.0 - c.w_P0) * (1.0 + (1.0 - exp(-c.C_1 * abs(beta_P))) * (C_2 - 1.0));
   }

@@ -6,6 +6,7 @@
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
+#include "forces/drift_angle.hpp"
 #include "forces/propeller_flow.hpp"
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
@@ -42,11 +43,11 @@ struct StandardRudder {
   }
 
   Vec3<T> force(const Vec3<T>& nu, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
-    using std::abs, std::atan2, std::cos, std::sin, std::sqrt;
+    using std::abs, std::cos, std::sin, std::sqrt;
     const T& delta = actuators[Channel::delta];
     const T U2 = nu(0) * nu(0) + nu(1) * nu(1);
     T U_beta_R = -c.l_R * p.L_pp * nu(2);
-    if (U2 > T(kAtRest_m2ps2)) U_beta_R += sqrt(U2) * atan2(T(-nu(1)), T(abs(nu(0))));
+    if (U2 > T(kAtRest_m2ps2)) U_beta_R += sqrt(U2) * drift_angle<T>(abs(nu(0)), nu(1));
     const T v_R = (U_beta_R < T(0.0) ? c.gamma_R_negative : c.gamma_R_positive) * U_beta_R;
     const T u_R = inflow(flow);
     const T U_R2 = u_R * u_R + v_R * v_R;
