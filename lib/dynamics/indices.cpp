@@ -293,16 +293,19 @@ Json thruster_pulse_indices(const Track& track, const std::vector<Phase>& phases
   for (std::size_t i = 0; i < phases.size(); i += 2) {
     const Phase& pulse = phases[i];
     const bool has_rest = i + 1 < phases.size();
-    const double side = side_of(pulse.order), until = has_rest ? phases[i + 1].end_s : pulse.end_s;
+    const double until = has_rest ? phases[i + 1].end_s : pulse.end_s;
+    // The bow follows a bow thruster and goes against a stern thruster: the side is that of the change.
+    const Vec3<double> gained = track.at(pulse.end_s).nu - track.at(pulse.start_s).nu;
+    const double yaw_side = side_of(gained(2)), sway_side = side_of(gained(1));
     double r = 0.0, yaw_acceleration = 0.0, sway_acceleration = 0.0;
     for (std::size_t k = 1; k < times.size(); ++k) {
       if (times[k] <= pulse.start_s || times[k] > until) continue;
       const Moment a = track.at(times[k - 1]), b = track.at(times[k]);
       const double h = b.t_s - a.t_s;
-      r = std::max(r, side * b.nu(2));
+      r = std::max(r, yaw_side * b.nu(2));
       if (b.t_s > pulse.end_s) continue;
-      yaw_acceleration = std::max(yaw_acceleration, side * (b.nu(2) - a.nu(2)) / h);
-      sway_acceleration = std::max(sway_acceleration, side * (b.nu(1) - a.nu(1)) / h);
+      yaw_acceleration = std::max(yaw_acceleration, yaw_side * (b.nu(2) - a.nu(2)) / h);
+      sway_acceleration = std::max(sway_acceleration, sway_side * (b.nu(1) - a.nu(1)) / h);
     }
     const auto change = [&](double t) { return track.at(t).psi - track.at(pulse.start_s).psi; };
     Json& row = pulses.emplace_back();
@@ -312,9 +315,9 @@ Json thruster_pulse_indices(const Track& track, const std::vector<Phase>& phases
     const auto if_complete = [&](bool is_complete, double value) { return is_complete ? Json(value) : Json(); };
     const bool is_rested = has_rest && phases[i + 1].is_complete;
     row["pulse_s"] = if_complete(pulse.is_complete, pulse.end_s - pulse.start_s);
-    row["initial_yaw_acceleration_degps2"] = if_complete(pulse.is_complete, side * rad_to_deg(yaw_acceleration));
-    row["initial_sway_acceleration_mps2"] = if_complete(pulse.is_complete, side * sway_acceleration);
-    row["max_r_degps"] = if_complete(pulse.is_complete, side * rad_to_deg(r));
+    row["initial_yaw_acceleration_degps2"] = if_complete(pulse.is_complete, yaw_side * rad_to_deg(yaw_acceleration));
+    row["initial_sway_acceleration_mps2"] = if_complete(pulse.is_complete, sway_side * sway_acceleration);
+    row["max_r_degps"] = if_complete(pulse.is_complete, yaw_side * rad_to_deg(r));
     row["r_change_in_pulse_degps"] =
         if_complete(pulse.is_complete, rad_to_deg(track.at(pulse.end_s).nu(2) - track.at(pulse.start_s).nu(2)));
     row["heading_change_in_pulse_deg"] = if_complete(pulse.is_complete, rad_to_deg(change(pulse.end_s)));

@@ -276,6 +276,7 @@ TEST_CASE("thruster pulse indices: accelerations, yaw rates and headings of plan
   CHECK_THAT(number(pulses[0], "initial_yaw_acceleration_degps2"), WithinRel(rad_to_deg(a), 1e-9));
   CHECK_THAT(number(pulses[1], "initial_yaw_acceleration_degps2"), WithinRel(rad_to_deg(-0.5 * a), 1e-9));
   CHECK_THAT(number(pulses[0], "max_r_degps"), WithinRel(rad_to_deg(10.0 * a), 1e-9));
+  CHECK_THAT(number(pulses[0], "initial_sway_acceleration_mps2"), WithinRel(b, 1e-9));
   CHECK_THAT(number(pulses[1], "r_change_in_pulse_degps"), WithinRel(rad_to_deg(-5.0 * a), 1e-9));
   CHECK_THAT(number(pulses[0], "heading_change_in_pulse_deg"), WithinRel(rad_to_deg(50.0 * a), 1e-9));
   CHECK_THAT(number(pulses[0], "heading_change_with_rest_deg"), WithinRel(rad_to_deg(150.0 * a), 1e-9));
