@@ -459,7 +459,7 @@ std::vector<std::string> not_reached(const Json& indices) {
     const bool is_repeated = name.size() > 7 && name.substr(name.size() - 7) == "_over_L";
     if (value.is_null() && !is_repeated) names.push_back(name);
     if (value.is_structured())
-      for (const std::string& inner : not_reached(value)) names.push_back(name + "/" + inner);
+      for (const std::string& inner : not_reached(value)) names.push_back(fmt::format("{}/{}", name, inner));
   }
   return names;
 }

@@ -146,6 +146,7 @@ std::unique_ptr<Maneuver> spiral(const SimulatedShip& start, double rudder_rad, 
   const int coarse = whole_steps(rudder_rad, step_rad, "largest rudder angle", "step");
   const int fine = whole_steps(step_rad, fine_step_rad, "step", "fine step");
   std::vector<double> leg;  // to port
+  leg.reserve(2 * static_cast<std::size_t>(coarse + fine));
   for (int i = coarse; i > 1; --i) leg.push_back(i * step_rad);
   for (int i = fine; i >= -fine; --i) leg.push_back(i * step_rad / fine);
   for (int i = 2; i <= coarse; ++i) leg.push_back(-i * step_rad);

@@ -41,7 +41,7 @@ Track::Moment Track::at(double t_s) const {
   const std::size_t after = first_after(t_s);
   if (after == 0) return sample(trajectory_, 0);
   const Moment a = sample(trajectory_, after - 1);
-  if (after == t_.size() || a.t_s == t_s) return a;
+  if (after == t_.size() || a.t_s == t_s) return sample(trajectory_, after - 1);
   const Moment b = sample(trajectory_, after);
   const double h = b.t_s - a.t_s, x = (t_s - a.t_s) / h;
   Moment m{t_s, hermite(a.position, a.velocity, b.position, b.velocity, x, h),
