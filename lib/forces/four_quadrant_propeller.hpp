@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "core/scalar.hpp"
+#include "forces/motion.hpp"
 #include "forces/propeller_flow.hpp"
 #include "ship/coefficients.hpp"
 
@@ -11,7 +12,7 @@ namespace leeway {
 
 /// Propeller in all four quadrants of (u, n), with the side force and moment of a reversed propeller or a ship that
 /// goes astern.
-///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water;  n_P [1/s]
+///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water;  n_P [1/s]
 ///   returns  (X_P, Y_P, N_P) and the flow for the rudder
 /// J_s = u/(n D_P). n = 0 counts as the limit from n > 0: at n = 0 the two fits do not meet exactly. All terms are
 /// formed without dividing by n. Source: equations and numbers of the public simulator of Osaka University
@@ -35,14 +36,13 @@ struct FourQuadrantPropeller {
   /// w_P of straight ahead motion by this factor.
   void scale_wake(const T& k) { c.w_P[0] *= k; }
 
-  PropellerFlow<T> flow(const Vec3<T>& nu, const T& n) const {
-    using std::abs, std::sqrt;
-    const T& u = nu(0);
-    const T U2 = u * u + nu(1) * nu(1);
+  PropellerFlow<T> flow(const Motion<T>& motion, const T& n) const {
+    using std::abs;
+    const T& u = motion.u;
 
     T one_minus_w(1.0);
-    if (u > T(0.0) && U2 > T(kAtRest_m2ps2)) {
-      const T v_P = abs((nu(1) + c.x_P * p.L_pp * nu(2)) / sqrt(U2));
+    if (u > T(0.0) && !motion.is_at_rest) {
+      const T v_P = abs((motion.v + c.x_P * p.L_pp * motion.r) * motion.per_U);
       one_minus_w = limited<T>(1.0 - quadratic<T>(c.w_P, v_P), 0.0, 1.0);
     }
     const T u_P = u * one_minus_w;

@@ -4,13 +4,14 @@
 #include <string_view>
 
 #include "core/scalar.hpp"
+#include "forces/motion.hpp"
 #include "forces/propeller_flow.hpp"
 #include "ship/coefficients.hpp"
 
 namespace leeway {
 
 /// Propeller in front of twin rudders. Defined for n >= 0; negative revolutions act as n = 0.
-///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water;  n_P [1/s]
+///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water;  n_P [1/s]
 ///   returns  X_P and the flow for the rudders; Y_P = N_P = 0
 /// Wake and thrust deduction step at u = 0, as in the model: 1 - w_P and 1 - t_P are 1 for u <= 0. Thrust is formed as
 /// n^2 K_T = k0 n^2 + k1 n u_P/D + k2 (u_P/D)^2, which has a limit at n = 0.
@@ -35,17 +36,15 @@ struct KangPropeller {
   /// w_P of straight ahead motion by this factor.
   void scale_wake(const T& k) { c.a = {1.0 - k * (1.0 - c.a[0]), k * c.a[1], k * c.a[2]}; }
 
-  PropellerFlow<T> flow(const Vec3<T>& nu, const T& n_P) const {
-    using std::abs, std::sqrt;
-    const T& u = nu(0);
-    const T U2 = u * u + nu(1) * nu(1);
+  PropellerFlow<T> flow(const Motion<T>& motion, const T& n_P) const {
+    const T& u = motion.u;
     const T n = n_P > T(kStopped_rps) ? n_P : T(0.0);
-    const bool is_ahead = u > T(0.0) && U2 > T(kAtRest_m2ps2);
+    const bool is_ahead = u > T(0.0) && !motion.is_at_rest;
 
     const T per_nD = n > T(0.0) ? T(1.0 / (n * c.D_P)) : T(0.0);
     T v_P(0.0), one_minus_w(1.0);
     if (is_ahead) {
-      v_P = (nu(1) + c.v_P_sign * c.x_P * p.L_pp * nu(2)) / sqrt(U2);
+      v_P = (motion.v + c.v_P_sign * c.x_P * p.L_pp * motion.r) * motion.per_U;
       // At n = 0 J_s is infinite, and the wake at its lower limit.
       if (n > T(0.0))
         one_minus_w = limited<T>(quadratic<T>(c.a, u * per_nD) + oblique(c.b, v_P), 0.0, 1.0);

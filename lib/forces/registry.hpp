@@ -45,13 +45,14 @@ struct ForceModules {
   /// The sum of all modules at midship (X [N], Y [N], N [N m]).
   ///   nu  through the water;  wind  apparent wind in ship axes [m/s], pointing to where it comes from
   Vec3<T> force(const Vec3<T>& nu, const Actuators<T>& actuators, const Vec2<T>& apparent_wind) const {
+    const Motion<T> motion(nu);
     const PropellerFlow<T> flow =
-        std::visit([&](const auto& m) { return m.flow(nu, actuators[Channel::n_p]); }, propeller);
+        std::visit([&](const auto& m) { return m.flow(motion, actuators[Channel::n_p]); }, propeller);
     Vec3<T> sum = flow.force;
-    sum += std::visit([&](const auto& m) { return m.force(nu); }, hull);
-    sum += std::visit([&](const auto& m) { return m.force(nu, flow, actuators); }, rudder);
+    sum += std::visit([&](const auto& m) { return m.force(motion); }, hull);
+    sum += std::visit([&](const auto& m) { return m.force(motion, flow, actuators); }, rudder);
     for (const ThrusterModule<T>& thruster : thrusters)
-      sum += std::visit([&](const auto& m) { return m.force(nu, actuators); }, thruster);
+      sum += std::visit([&](const auto& m) { return m.force(motion, actuators); }, thruster);
     if (wind) sum += std::visit([&](const auto& m) { return m.force(apparent_wind); }, *wind);
     return sum;
   }

@@ -5,13 +5,14 @@
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
+#include "forces/motion.hpp"
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
 
 namespace leeway {
 
 /// Bow or stern thruster whose effect changes with the ship's speed, Fr = |u| / sqrt(g L).
-///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water
+///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water
 ///   returns  (0, Y_T [N], N_T [N m]) at midship; n > 0 pushes to starboard. No force from |u| = u_max on: a step.
 /// Source: Kobayashi (1988) in the form of the ensemble paper (Wakita, Akimoto & Maki).
 template <typename T>
@@ -25,10 +26,10 @@ struct SideThruster {
   SideThruster(const SideThrusterCoefficients<double>& coefficients, const Particulars& particulars)
       : c(coefficients.cast<T>()), p(particulars), Fr_per_speed(1.0 / std::sqrt(kGravity_mps2 * p.L_pp)) {}
 
-  Vec3<T> force(const Vec3<T>& nu, const Actuators<T>& actuators) const {
+  Vec3<T> force(const Motion<T>& motion, const Actuators<T>& actuators) const {
     using std::abs, std::exp;
     const T& n = actuators[c.channel];
-    const T abs_u = abs(nu(0));
+    const T abs_u = abs(motion.u);
     if (!(abs_u < T(c.u_max))) return Vec3<T>::Zero();
     const T Fr = abs_u * Fr_per_speed;
     const double D2 = c.D * c.D;

@@ -6,6 +6,7 @@
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
+#include "forces/motion.hpp"
 #include "forces/propeller_flow.hpp"
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
@@ -13,7 +14,7 @@
 namespace leeway {
 
 /// One rudder behind one propeller, with the inflow behind a reversed propeller.
-///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water
+///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water
 ///   returns  (X_R [N], Y_R [N], N_R [N m]) at midship
 /// gamma_R takes its side from the sway at the rudder, v_m + x_R r; at n < 0 the inflow changes its form with u.
 /// Source: Yasukawa & Yoshimura (2015), JMST 20, 37-52 (MMG standard method); reversed propeller: as in the public
@@ -39,12 +40,12 @@ struct SingleRudder {
     c.gamma_R_positive *= k;
   }
 
-  Vec3<T> force(const Vec3<T>& nu, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
+  Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
     using std::cos, std::sin, std::sqrt;
     const T& delta = actuators[Channel::delta];
-    const T u_R = inflow(nu(0), flow);
-    const T gamma = nu(1) + c.x_R * nu(2) < T(0.0) ? c.gamma_R_negative : c.gamma_R_positive;
-    const T v_R = -gamma * (nu(1) + c.l_R * p.L_pp * nu(2));
+    const T u_R = inflow(motion.u, flow);
+    const T gamma = motion.v + c.x_R * motion.r < T(0.0) ? c.gamma_R_negative : c.gamma_R_positive;
+    const T v_R = -gamma * (motion.v + c.l_R * p.L_pp * motion.r);
     const T U_R2 = u_R * u_R + v_R * v_R;
     if (!(U_R2 > T(kAtRest_m2ps2))) return Vec3<T>::Zero();
 

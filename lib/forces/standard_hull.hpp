@@ -5,12 +5,13 @@
 
 #include "core/scalar.hpp"
 #include "core/types.hpp"
+#include "forces/motion.hpp"
 #include "ship/coefficients.hpp"
 
 namespace leeway {
 
 /// Hull force of the MMG standard method: polynomials in v' and r'. Added mass is in dynamics/, the Munk moment in N_v.
-///   nu      (u [m/s], v_m [m/s], r [rad/s]) at midship, through the water
+///   motion  (u [m/s], v_m [m/s], r [rad/s]) at midship, through the water
 ///   returns (X_H [N], Y_H [N], N_H [N m]) at midship; zero at rest, where v' and r' are undefined
 /// Source: Yasukawa & Yoshimura (2015), JMST 20, 37-52, doi:10.1007/s00773-014-0293-y. The method is made for going
 /// ahead. Within |beta| <= 30 deg and |r'| <= 1 its polynomials stand as printed; what follows is ours, so that the
@@ -39,15 +40,18 @@ struct StandardHull {
       *coefficient *= k;
   }
 
-  Vec3<T> force(const Vec3<T>& nu) const {
+  Vec3<T> force(const Motion<T>& motion) const {
     using std::sqrt;
-    const T Lr = p.L_pp * nu(2);
-    T U2 = nu(0) * nu(0) + nu(1) * nu(1);
+    const T Lr = p.L_pp * motion.r;
+    T U2 = motion.U2, per_U = motion.per_U;
     const T U2_yaw = Lr * Lr / (kYawRange * kYawRange);
-    if (U2 < U2_yaw) U2 = U2_yaw;
+    if (U2 < U2_yaw) {
+      U2 = U2_yaw;
+      if (U2 > T(kAtRest_m2ps2)) per_U = 1.0 / sqrt(U2);
+    }
     if (!(U2 > T(kAtRest_m2ps2))) return Vec3<T>::Zero();
-    const T U = sqrt(U2), v = nu(1) / U, r = Lr / U;
-    const T ahead = limited<T>(nu(0) / (kAheadRange * U), -1.0, 1.0);
+    const T v = motion.v * per_U, r = Lr * per_U;
+    const T ahead = limited<T>(motion.u * per_U * (1.0 / kAheadRange), -1.0, 1.0);
 
     const T v2 = v * v, r2 = r * r;
     const T v2_X = v2 > T(kDriftRange * kDriftRange) ? T(kDriftRange * kDriftRange) : v2;

@@ -4,14 +4,14 @@
 #include <string_view>
 
 #include "core/scalar.hpp"
-#include "forces/drift_angle.hpp"
+#include "forces/motion.hpp"
 #include "forces/propeller_flow.hpp"
 #include "ship/coefficients.hpp"
 
 namespace leeway {
 
 /// Propeller of the MMG standard method, with the wake in drift and yaw.
-///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water;  n_P [1/s]
+///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water;  n_P [1/s]
 ///   returns  X_P and the flow for the rudder; Y_P = N_P = 0
 /// Where beta_P = beta - x_P' r' changes sign the wake changes its slope. Thrust is formed without dividing by n:
 /// n^2 K_T = k0 n^2 + k1 n w + k2 w |w|, w = u_P/D_P.
@@ -40,10 +40,10 @@ struct StandardPropeller {
   /// w_P of straight ahead motion by this factor.
   void scale_wake(const T& k) { c.w_P0 *= k; }
 
-  PropellerFlow<T> flow(const Vec3<T>& nu, const T& n_P) const {
+  PropellerFlow<T> flow(const Motion<T>& motion, const T& n_P) const {
     using std::abs;
-    const T& u = nu(0);
-    const T one_minus_w = u > T(0.0) ? wake(nu) : T(1.0);
+    const T& u = motion.u;
+    const T one_minus_w = u > T(0.0) ? wake(motion) : T(1.0);
     const T u_P = u * one_minus_w, w = u_P / c.D_P;
     const T drag = (1.0 - c.t_P) * c.K_T[2] * w * abs(w);  // of the stopped propeller
 
@@ -66,11 +66,10 @@ struct StandardPropeller {
 
  private:
   // 1 - w_P for u > 0.
-  T wake(const Vec3<T>& nu) const {
+  T wake(const Motion<T>& motion) const {
     using std::abs, std::exp, std::sqrt;
-    const T U2 = nu(0) * nu(0) + nu(1) * nu(1);
-    if (!(U2 > T(kAtRest_m2ps2))) return 1.0 - c.w_P0;
-    const T beta_P = drift_angle<T>(nu(0), nu(1)) - c.x_P * p.L_pp * nu(2) / sqrt(U2);
+    if (motion.is_at_rest) return 1.0 - c.w_P0;
+    const T beta_P = motion.beta - c.x_P * p.L_pp * motion.r * motion.per_U;
     const T& C_2 = beta_P < T(0.0) ? c.C_2_negative : c.C_2_positive;
     return (1.0 - c.w_P0) * (1.0 + (1.0 - exp(-c.C_1 * abs(beta_P))) * (C_2 - 1.0));
   }

@@ -6,7 +6,7 @@
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
-#include "forces/drift_angle.hpp"
+#include "forces/motion.hpp"
 #include "forces/propeller_flow.hpp"
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
@@ -14,7 +14,7 @@
 namespace leeway {
 
 /// Rudder of the MMG standard method, behind one propeller.
-///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water
+///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water
 ///   returns  (X_R [N], Y_R [N], N_R [N m]) at midship
 /// v_R = U gamma_R beta_R with beta_R = beta - l_R' r'; gamma_R takes its side from the sign of beta_R, where v_R = 0.
 /// Source: Yasukawa & Yoshimura (2015), JMST 20, 37-52, doi:10.1007/s00773-014-0293-y, made for u > 0 and a propeller
@@ -42,12 +42,12 @@ struct StandardRudder {
     c.gamma_R_positive *= k;
   }
 
-  Vec3<T> force(const Vec3<T>& nu, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
-    using std::abs, std::cos, std::sin, std::sqrt;
+  Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
+    using std::cos, std::sin, std::sqrt;
     const T& delta = actuators[Channel::delta];
-    const T U2 = nu(0) * nu(0) + nu(1) * nu(1);
-    T U_beta_R = -c.l_R * p.L_pp * nu(2);
-    if (U2 > T(kAtRest_m2ps2)) U_beta_R += sqrt(U2) * drift_angle<T>(abs(nu(0)), nu(1));
+    T beta = motion.beta;
+    if (motion.u < T(0.0)) beta = (beta < T(0.0) ? -kPi : kPi) - beta;  // from the stern
+    const T U_beta_R = motion.U * beta - c.l_R * p.L_pp * motion.r;
     const T v_R = (U_beta_R < T(0.0) ? c.gamma_R_negative : c.gamma_R_positive) * U_beta_R;
     const T u_R = inflow(flow);
     const T U_R2 = u_R * u_R + v_R * v_R;

@@ -6,6 +6,7 @@
 #include "core/scalar.hpp"
 #include "core/types.hpp"
 #include "core/units.hpp"
+#include "forces/motion.hpp"
 #include "ship/coefficients.hpp"
 
 namespace leeway {
@@ -30,7 +31,7 @@ Vec2<T> cross_flow_integrals(const T& v, const T& b) {
 }
 
 /// Hull force for any drift angle; added mass is in dynamics/, the Munk moment is in N_v.
-///   nu      (u [m/s], v_m [m/s], r [rad/s]) at midship, through the water
+///   motion  (u [m/s], v_m [m/s], r [rad/s]) at midship, through the water
 ///   returns (X_H [N], Y_H [N], N_H [N m]) at midship
 /// Source: Yoshimura, Nakao & Ishibashi (2009), Unified Mathematical Model for Ocean and Harbour Manoeuvring, MARSIM.
 template <typename T>
@@ -53,18 +54,12 @@ struct UnifiedHull {
     for (T* coefficient : {&c.X_vr, &c.Y_v, &c.Y_r, &c.N_v, &c.N_r, &c.C_D}) *coefficient *= k;
   }
 
-  Vec3<T> force(const Vec3<T>& nu) const {
-    using std::abs, std::atan2, std::sqrt;
-    const T &u = nu(0), &v = nu(1);
-    const T Lr = p.L_pp * nu(2);
+  Vec3<T> force(const Motion<T>& motion) const {
+    using std::abs;
+    const T &u = motion.u, &v = motion.v;
+    const T Lr = p.L_pp * motion.r;
 
-    // At rest the drift angle is undefined and its term is zero.
-    T X = c.X_vr * v * Lr;
-    const T U2 = u * u + v * v;
-    if (U2 > T(kAtRest_m2ps2)) {
-      const T beta_by_pi = abs(atan2(v, u)) * (1.0 / kPi);
-      X += (c.X_0F + (c.X_0A - c.X_0F) * beta_by_pi) * u * sqrt(U2);
-    }
+    const T X = (c.X_0F + (c.X_0A - c.X_0F) * (1.0 / kPi) * abs(motion.beta)) * u * motion.U + c.X_vr * v * Lr;
     const T abs_u = abs(u);
     const T Y = c.Y_v * v * abs_u + c.Y_r * Lr * u - c.C_D * cross_flow_integrals<T>(v, c.C_rY * Lr / 2.0)(0);
     const T N = c.N_v * v * u + c.N_r * Lr * abs_u - c.C_D * cross_flow_integrals<T>(v, c.C_rN * Lr / 2.0)(1);

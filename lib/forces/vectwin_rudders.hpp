@@ -6,6 +6,7 @@
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
+#include "forces/motion.hpp"
 #include "forces/propeller_flow.hpp"
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
@@ -13,7 +14,7 @@
 namespace leeway {
 
 /// A pair of high-lift rudders behind one propeller. s: starboard, p: port; delta > 0 turns the bow to starboard.
-///   nu       (u, v_m [m/s], r [rad/s]) at midship, through the water
+///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water
 ///   returns  (X_R [N], Y_R [N], N_R [N m]) at midship
 /// Steps that belong to the model: the flow straightening and l_R change with the signs of the drift angle, the
 /// effective rudder angle and r; C_N steps by 1.8 % at 37.5 deg; there is no slipstream without thrust.
@@ -49,10 +50,10 @@ struct VectwinRudders {
     T port, starboard;
   };
 
-  Vec3<T> force(const Vec3<T>& nu, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
+  Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
     using std::cos, std::sin;
     const T &delta_p = actuators[Channel::delta_p], &delta_s = actuators[Channel::delta_s];
-    const NormalForces F = normal_forces(nu, flow, delta_p, delta_s);
+    const NormalForces F = normal_forces(motion, flow, delta_p, delta_s);
     const T& J = flow.J;
     const T a_H = limited<T>(0.016 + (1.69 - 1.179 * J) * J, 0.016, 0.60556);
     const T x_H = p.L_pp * limited<T>(-0.159 + (-1.065 + 1.01 * J) * J, -0.4344, -0.159);
@@ -61,10 +62,10 @@ struct VectwinRudders {
             -(c.x_R + a_H * x_H) * across};
   }
 
-  NormalForces normal_forces(const Vec3<T>& nu, const PropellerFlow<T>& flow, const T& delta_p,
+  NormalForces normal_forces(const Motion<T>& motion, const PropellerFlow<T>& flow, const T& delta_p,
                              const T& delta_s) const {
-    using std::abs, std::atan2, std::cos, std::sqrt;
-    const T &u = nu(0), &v_m = nu(1), &r = nu(2);
+    using std::abs, std::cos, std::sqrt;
+    const T &u = motion.u, &v_m = motion.v, &r = motion.r;
 
     // Slip ratio.
     const T s = flow.n > T(0.0) ? limited<T>(1.0 - flow.J * D_P_by_pitch, 0.0, 1.2) : T(1.2);
@@ -101,13 +102,9 @@ struct VectwinRudders {
       u_Rp = f_p * slipstream(w_p * u, race);
     }
 
-    // Flow straightening by quadrant of drift angle and rudder angle; the drift angle is undefined at rest.
-    T gamma_s(0.0), gamma_p(0.0);
-    if (u * u + v_m * v_m > T(kAtRest_m2ps2)) {
-      const T beta = -atan2(v_m, u);
-      gamma_s = k_gamma * straightening(kStarboard, beta, delta_s2);
-      gamma_p = k_gamma * straightening(kPort, beta, delta_p2);
-    }
+    // Flow straightening by quadrant of drift angle and rudder angle; zero at rest.
+    const T gamma_s = k_gamma * straightening(kStarboard, motion.beta, delta_s2);
+    const T gamma_p = k_gamma * straightening(kPort, motion.beta, delta_p2);
     const bool to_starboard = !(r < T(0.0));
     const double l_s = c.x_R * (to_starboard ? (delta_s2 < T(0.0) ? 0.2 : 0.0) : (delta_s2 < T(0.0) ? 0.4 : 0.6));
     const double l_p = c.x_R * (to_starboard ? (delta_p2 < T(0.0) ? 0.6 : 0.4) : (delta_p2 < T(0.0) ? 0.0 : 0.2));
