@@ -102,6 +102,7 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
                std::vector<RunSpec>& runs) {
   RunSpec run;
   std::vector<std::string> words;
+  words.reserve(kKinds.size());
   for (const KindInfo& info : kKinds) words.emplace_back(info.word);
   const std::string word = json.word("maneuver", words);
   const KindInfo& kind = *std::find_if(kKinds.begin(), kKinds.end(), [&](const KindInfo& k) { return k.word == word; });

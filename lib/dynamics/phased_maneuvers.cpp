@@ -151,6 +151,7 @@ std::unique_ptr<Maneuver> spiral(const SimulatedShip& start, double rudder_rad, 
   for (int i = fine; i >= -fine; --i) leg.push_back(i * step_rad / fine);
   for (int i = 2; i <= coarse; ++i) leg.push_back(-i * step_rad);
   std::vector<PlannedPhase> plan;
+  plan.reserve(2 * leg.size());
   for (const double rudder : leg) plan.push_back(with_rudder(start, rudder, hold));
   for (auto rudder = leg.rbegin() + 1; rudder != leg.rend(); ++rudder)
     plan.push_back(with_rudder(start, *rudder, hold));
