@@ -76,7 +76,7 @@ def run(program, draw) -> int:
     except InputError as error:
         return report(program, error, 3)
     except OSError as error:
-        return report(program, f"{error.filename}: {error.strerror}", 4)
+        return report(program, f"{error.filename}: {error.strerror}" if error.filename else error, 4)
     return 0
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 # Okabe & Ito's colors, which people with any color vision tell apart (https://jfly.uni-koeln.de/color); no yellow on white.
 BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00"
+COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "black")
 
 # Actuators by panel: {label: {quantity: (symbol, color, line style)}}.
 ACTUATORS = {
@@ -20,8 +21,8 @@ ACTUATORS = {
     },
     "revolutions [1/s]": {
         "n_p": (r"$n_P$", BLUE, "-"),
-        "n_bt": (r"$n_{BT}$", VERMILLION, "-"),
-        "n_st": (r"$n_{ST}$", GREEN, "--"),
+        "n_bt": (r"$n_{BT}$", VERMILLION, "--"),
+        "n_st": (r"$n_{ST}$", GREEN, ":"),
     },
 }
 VELOCITIES = {"u": "$u$ [m/s]", "vm": "$v_m$ [m/s]", "r": "$r$ [deg/s]"}
@@ -41,13 +42,64 @@ def outline(x0, y0, psi_deg, length, beam):
     side_y = np.concatenate(([0.5], 0.5 * np.cos(0.5 * np.pi * bow)))
     x = length * np.concatenate((side_x, side_x[::-1]))
     y = beam * np.concatenate((side_y, -side_y[::-1]))
+    return placed(x, y, x0, y0, psi_deg)
+
+
+def arrowhead(x0, y0, psi_deg, length):
+    """A heading, as (y0, x0) polygon."""
+    x = length * np.array([0.5, -0.5, -0.25, -0.5])
+    y = length * np.array([0.0, 0.3, 0.0, -0.3])
+    return placed(x, y, x0, y0, psi_deg)
+
+
+def placed(x, y, x0, y0, psi_deg):
+    """Ship-fixed points at a pose, as (y0, x0)."""
     cos, sin = np.cos(np.radians(psi_deg)), np.sin(np.radians(psi_deg))
     return np.column_stack((y0 + x * sin + y * cos, x0 + x * cos - y * sin))
+
+
+def thinned(*curves, bins=2000):
+    """Indices of the samples that a drawing needs: from each bin the first, the last, each curve's lowest and highest.
+
+    Curves of at most 4 bins samples stay whole. A gap (nan) stays a gap; of several in one bin, one does.
+    """
+    samples = len(curves[0])
+    if samples <= 4 * bins:
+        return np.arange(samples)
+    size = -(-samples // bins)
+    starts = np.arange(0, samples, size)
+    kept = [starts, np.minimum(starts + size, samples) - 1]
+    for curve in curves:
+        padded = np.full(len(starts) * size, np.nan)
+        padded[:samples] = curve
+        rows = padded.reshape(-1, size)
+        gaps = np.isnan(rows)
+        for column in (np.where(gaps, np.inf, rows).argmin(axis=1), np.where(gaps, -np.inf, rows).argmax(axis=1), gaps.argmax(axis=1)):
+            kept.append(np.minimum(starts + column, samples - 1))
+    return np.unique(np.concatenate(kept))
+
+
+def plot_line(axes, x, y, **style):
+    """A line over samples that may have gaps; a sample between two gaps is a dot."""
+    chosen = thinned(x, y)
+    x, y = x[chosen], y[chosen]
+    axes.plot(x, y, **style)
+    present = np.concatenate(([False], np.isfinite(x) & np.isfinite(y), [False]))
+    alone = present[1:-1] & ~present[:-2] & ~present[2:]
+    if alone.any():
+        dots = {"color": style.get("color"), "zorder": style.get("zorder", 2)}
+        axes.plot(x[alone], y[alone], linestyle="none", marker=".", markersize=3.0, markeredgewidth=0.0, **dots)
 
 
 def name_track_axes(axes):
     axes.set_xlabel("$y_0$, east [m]")
     axes.set_ylabel("$x_0$, north [m]")
+
+
+def plain(name):
+    """A name as a label: not read as a formula, and not passed over for a leading underscore."""
+    short = name if len(name) <= 56 else f"{name[:30]}...{name[-23:]}"
+    return (" " if short.startswith("_") else "") + short.replace("$", r"\$")
 
 
 def mean_direction(*directions_deg):
@@ -70,11 +122,17 @@ def direction_scale(axes, ticks_deg):
 def save(figure, path):
     """Writes under a temporary name and renames, so that no half figure is ever met."""
     kind = path.suffix[1:]
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    target = path.resolve() if path.is_symlink() else path  # a link keeps pointing to its target
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        target.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(temporary, format=kind, dpi=150, metadata=metadata)
-        os.replace(temporary, path)
+        os.replace(temporary, target)
+    except FileExistsError as error:
+        raise OSError(error.errno, "a file stands where a folder is needed", str(path)) from error
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary.is_file():
+            temporary.unlink()

@@ -137,7 +137,7 @@ class Table:
 
 def is_finite(text):
     try:
-        return math.isfinite(float(text))
+        return math.isfinite(float(text)) and "_" not in text
     except ValueError:
         return False
 
