@@ -59,11 +59,14 @@ def figure_file(text) -> pathlib.Path:
 
 def add_figure_options(parser):
     """The options that every figure of ships has."""
-    parser.add_argument("-o", "--output", metavar="FILE", required=True, type=figure_file, help="figure: .png, .svg or .pdf")
-    parser.add_argument("--columns", metavar="MAP", help="columns map of foreign recordings: a file or a shipped map's name")
+    parser.add_argument("-o", "--output", metavar="FILE", required=True, type=figure_file,
+                        help="figure: .png, .svg or .pdf")
+    parser.add_argument("--columns", metavar="MAP",
+                        help="columns map of foreign recordings: a file or a shipped map's name")
     parser.add_argument("--ship", metavar="SHIP", help="ship JSON, or the name of a shipped one: size of the outlines")
     parser.add_argument("--length-m", metavar="L", type=positive, help="length of the ship [m] (default: of --ship)")
-    parser.add_argument("--beam-m", metavar="B", type=positive, help="beam of the ship [m] (default: of --ship, or L/6.2)")
+    parser.add_argument("--beam-m", metavar="B", type=positive,
+                        help="beam of the ship [m] (default: of --ship, or L/6.2)")
     parser.add_argument("--title", help="title of the figure")
 
 

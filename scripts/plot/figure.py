@@ -8,7 +8,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-# Okabe & Ito's colors, which people with any color vision tell apart (https://jfly.uni-koeln.de/color); no yellow on white.
+# Okabe & Ito's colors, which people with any color vision tell apart (https://jfly.uni-koeln.de/color), less yellow.
 BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00"
 COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "black")
 
@@ -27,6 +27,7 @@ ACTUATORS = {
 }
 VELOCITIES = {"u": "$u$ [m/s]", "vm": "$v_m$ [m/s]", "r": "$r$ [deg/s]"}
 TIME = "$t$ [s]"
+START = dict(marker="o", markersize=4.5, markerfacecolor="white", linestyle="none")
 
 plt.rcParams.update({
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
@@ -59,9 +60,9 @@ def placed(x, y, x0, y0, psi_deg):
 
 
 def thinned(*curves, bins=2000):
-    """Indices of the samples that a drawing needs: from each bin the first, the last, each curve's lowest and highest.
+    """Indices of the samples that a drawing needs: of each bin the first, the last, each curve's lowest and highest.
 
-    Curves of at most 4 bins samples stay whole. A gap (nan) stays a gap; of several in one bin, one does.
+    Curves of at most 4 bins samples stay whole. No two samples become neighbors that a gap (nan) lies between.
     """
     samples = len(curves[0])
     if samples <= 4 * bins:
@@ -70,13 +71,17 @@ def thinned(*curves, bins=2000):
     starts = np.arange(0, samples, size)
     kept = [starts, np.minimum(starts + size, samples) - 1]
     for curve in curves:
-        padded = np.full(len(starts) * size, np.nan)
-        padded[:samples] = curve
-        rows = padded.reshape(-1, size)
-        gaps = np.isnan(rows)
-        for column in (np.where(gaps, np.inf, rows).argmin(axis=1), np.where(gaps, -np.inf, rows).argmax(axis=1), gaps.argmax(axis=1)):
-            kept.append(np.minimum(starts + column, samples - 1))
-    return np.unique(np.concatenate(kept))
+        rows = np.full((len(starts), size), np.nan)
+        rows.flat[:samples] = curve
+        for extreme in (np.where(np.isnan(rows), np.inf, rows).argmin(axis=1),
+                        np.where(np.isnan(rows), -np.inf, rows).argmax(axis=1)):
+            kept.append(np.minimum(starts + extreme, samples - 1))
+    kept = np.unique(np.concatenate(kept))
+    gaps = np.flatnonzero(np.isnan(curves).any(axis=0))
+    if len(gaps) > 0:
+        after = gaps[np.minimum(np.searchsorted(gaps, kept[:-1]), len(gaps) - 1)]
+        kept = np.union1d(kept, after[(after >= kept[:-1]) & (after < kept[1:])])
+    return kept
 
 
 def plot_line(axes, x, y, **style):
@@ -96,10 +101,15 @@ def name_track_axes(axes):
     axes.set_ylabel("$x_0$, north [m]")
 
 
-def plain(name):
-    """A name as a label: not read as a formula, and not passed over for a leading underscore."""
+def plain(text):
+    """A text that is not read as a formula."""
+    return text.replace("$", r"\$")
+
+
+def label(name):
+    """A name in a legend, which takes no very long ones, and none with a leading underscore."""
     short = name if len(name) <= 56 else f"{name[:30]}...{name[-23:]}"
-    return (" " if short.startswith("_") else "") + short.replace("$", r"\$")
+    return (" " if short.startswith("_") else "") + plain(short)
 
 
 def mean_direction(*directions_deg):

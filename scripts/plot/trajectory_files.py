@@ -109,11 +109,11 @@ class Table:
         return [split(record)[index].strip() for record in self.records]
 
     def numbers(self, columns, missing=frozenset(), rows=None):
-        """The named columns of all or some rows as (rows, columns); nan where the field is one of the texts `missing`."""
+        """The named columns of all or some rows as (rows, columns); nan where a field is one of the texts `missing`."""
         indices = [self.header.index(column) for column in columns]
         rows = range(len(self.records)) if rows is None else rows
         records = [self.records[row] for row in rows]
-        if not any(is_finite(text) for text in missing):
+        if all(finite(text) is None for text in missing):
             try:
                 values = np.loadtxt(records, delimiter=",", quotechar='"', comments=None, usecols=indices, ndmin=2)
                 if np.isfinite(values).all():
@@ -128,18 +128,21 @@ class Table:
                 text = fields[i].strip()
                 if text in missing:
                     continue
-                if not is_finite(text):
+                value = finite(text)
+                if value is None:
                     where = f"{self.file}:{self.line_numbers[rows[k]]}: column '{columns[j]}'"
                     raise InputError(f"{where}: expected a finite number, got '{text[:40]}'")
-                values[k, j] = float(text)
+                values[k, j] = value
         return values
 
 
-def is_finite(text):
+def finite(text):
+    """The finite number that a field holds, or None."""
     try:
-        return math.isfinite(float(text)) and "_" not in text
+        value = float(text)
     except ValueError:
-        return False
+        return None
+    return value if math.isfinite(value) and "_" not in text else None
 
 
 def split_name(column):
@@ -158,7 +161,8 @@ def find_config(folder, name):
     shipped = CONFIGS / folder / f"{name}.json"
     if not shipped.is_file():
         known = ", ".join(sorted(path.stem for path in shipped.parent.glob("*.json")))
-        raise UsageError(f"no file '{name}', and no shipped configuration of that name in configs/{folder}; shipped: {known}")
+        missing = f"no file '{name}', and no shipped configuration of that name in configs/{folder}"
+        raise UsageError(f"{missing}; shipped: {known}")
     return str(shipped)
 
 
@@ -335,8 +339,8 @@ def read_prediction(table, recording=None, sequence=None):
         if len(first) < len(chosen):
             row = np.setdiff1d(np.arange(len(chosen)), first)[0]
             line = table.line_numbers[rows[chosen[row]]]
-            what = f"step {flat['step'][row]:g} of particle {flat['particle'][row]:g} stands twice in sequence {number:g}"
-            raise InputError(f"{table.file}:{line}: {what}")
+            what = f"sequence {number:g}, step {flat['step'][row]:g}, particle {flat['particle'][row]:g}"
+            raise InputError(f"{table.file}:{line}: {what}: stands twice")
         grids["t_s"] = np.nanmin(grids["t_s"], axis=1)
         result[int(number)] = grids
     return recording, result
