@@ -57,6 +57,18 @@ void print_sources(Text& text, const Ship& ship) {
     print(text, "  {}{}{}: {}\n", s.part, s.type.empty() ? "" : ", ", s.type, s.source);
 }
 
+void print_effects(Text& text, const Ship& ship) {
+  const Effects<double> check(ship);  // whatever is wrong with an entry is said here
+  if (ship.effects.empty()) return;
+  print(text, "\neffects\n");
+  for (const EffectEntry& effect : ship.effects) {
+    print(text, "  {}:", effect.type);
+    for (const auto& [name, value] : effect.parameters)
+      print(text, " {} {}", name, value ? fmt::format("{:g}", *value) : "null");
+    print(text, "\n");
+  }
+}
+
 void print_run(Text& text, const StraightRun& run, double L_pp) {
   print(text, "    u {:.6g} m/s (Fr {:.4f}), n_p {:.6g} 1/s, J {:.4f}, 1 - w_P {:.4f}, K_T {:.4f}\n", run.u,
         run.u / std::sqrt(kGravity_mps2 * L_pp), run.n, run.J, run.one_minus_w_P, run.K_T);
@@ -95,7 +107,9 @@ std::string ship_report(const Ship& ship) {
   print_particulars(text, ship);
   print_actuators(text, ship);
   print_sources(text, ship);
-  print(text, "\nstraight run: v_m = r = 0, rudders amidships, thrusters idle, calm air\n");
+  print_effects(text, ship);
+  print(text, "\nstraight run: v_m = r = 0, rudders amidships, thrusters idle, calm air{}\n",
+        ship.effects.empty() ? "" : ", effects on coefficients alone");
   const double n = ship.initial_actuators()[Channel::n_p];
   print(text, "  steady speed at the initial revolutions\n");
   print_if_possible(text, ship, [&] { return straight_run(ship, steady_speed(ship, n), n); });

@@ -37,7 +37,8 @@ double bisect(const Function& f, double a, double b) {
 }  // namespace
 
 StraightRun straight_run(const Ship& ship, double u, double n) {
-  const ForceModules<double> modules(ship);
+  const Model<double> model(ship);
+  const ForceModules<double>& modules = model.modules;
   const Vec3<double> nu(u, 0.0, 0.0);
   const Actuators<double> actuators = with_revolutions(n);
   const PropellerFlow<double> flow = std::visit([&](const auto& m) { return m.flow(nu, n); }, modules.propeller);
