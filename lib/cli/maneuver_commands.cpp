@@ -1,0 +1,260 @@
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "cli/simulator.hpp"
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "dynamics/phased_maneuvers.hpp"
+#include "dynamics/schedule.hpp"
+#include "dynamics/straight_run.hpp"
+
+namespace leeway::cli {
+namespace {
+
+constexpr double kDuration_s = 200.0;  // of maneuvers that do not end by themselves
+
+// What all maneuvers share; the defaults as --help shows them.
+struct Defaults {
+  const char *duration_s = "200", *u0_mps = "the ship's u0_mps", *n_p_rps = "the ship's initial_rps";
+};
+void add_maneuver_options(CLI::App& sub, SimOptions& opt, const Defaults& defaults = {}) {
+  add_ship_and_steps(sub, opt);
+  sub.add_option("--duration-s", opt.duration_s, "length of the run, a multiple of --sample-s [s]")
+      ->check(positive())
+      ->default_str(defaults.duration_s);
+  sub.add_option("--u0-mps", opt.u0_mps, "surge at the start, through the water [m/s]")
+      ->check(in_range(-50.0, 50.0))
+      ->default_str(defaults.u0_mps);
+  sub.add_option("--n-p-rps", opt.n_p_rps, "propeller revolutions, at the start and ordered [1/s]")
+      ->check(in_range(-1000.0, 1000.0))
+      ->default_str(defaults.n_p_rps);
+  sub.add_option("--wind-speed-mps", opt.wind_speed_mps, "true wind speed [m/s]")
+      ->check(in_range(0.0, 200.0))
+      ->capture_default_str();
+  sub.add_option("--wind-dir-deg", opt.wind_dir_deg, "direction that the true wind comes from, 0: from +x0 [deg]")
+      ->check(in_range(-360.0, 360.0))
+      ->capture_default_str();
+  sub.add_option("--wind", opt.wind,
+                 "steady, or stochastic about the given speed and direction, by a process that follows --seed")
+      ->check(CLI::IsMember({"steady", "stochastic"}))
+      ->capture_default_str();
+  add_noise(sub, opt);
+  add_indices(sub, opt);
+  add_output(sub, opt, "trajectory (CSV), '-' for stdout");
+}
+
+void add_rudder(CLI::App& sub, double& rudder_deg) {
+  sub.add_option("--rudder-deg", rudder_deg,
+                 "rudder angle, both rudders where there are two; negative: to port first [deg]")
+      ->check(in_range(-180.0, 180.0))
+      ->capture_default_str();
+}
+
+WindProcess wind_of(const SimOptions& opt) {
+  const double direction = deg_to_rad(opt.wind_dir_deg);
+  if (opt.wind == "stochastic")
+    return WindProcess::stochastic(opt.wind_speed_mps, direction, {opt.common.seed, "stochastic wind"});
+  return WindProcess::steady(opt.wind_speed_mps, direction);
+}
+
+// A positive rudder angle, for maneuvers that turn to both sides.
+void add_rudder_to_both_sides(CLI::App& sub, double& rudder_deg) {
+  sub.add_option("--rudder-deg", rudder_deg, "largest rudder angle, both rudders where there are two [deg]")
+      ->check(in_range(0.1, 180.0))
+      ->capture_default_str();
+}
+
+void add_hold(CLI::App& sub, SimOptions& opt) {
+  sub.add_option("--hold-s", opt.hold_s, "longest time at one rudder angle; it is left when the turn is steady [s]")
+      ->check(positive())
+      ->default_str("60 L_pp/u0");
+}
+
+double u0_of(const Ship& ship, const SimOptions& opt) { return opt.u0_mps.value_or(ship.u0_mps); }
+
+// A maneuver that is to begin steadily where the user has not given the revolutions.
+SimulatedShip balanced_start(const Ship& ship, const SimOptions& opt, double u_mps) {
+  if (opt.n_p_rps || u_mps <= 0.0) {
+    SimulatedShip start(ship, u_mps);
+    start.actuators[Channel::n_p] = 0.0;
+    return start;
+  }
+  return steady_ahead(ship, u_mps);
+}
+
+SimulatedShip ship_at_start(const Ship& ship, const SimOptions& opt, const std::string& maneuver) {
+  SimulatedShip start = maneuver == "straight"          ? balanced_start(ship, opt, u0_of(ship, opt))
+                        : maneuver == "thruster-pulses" ? balanced_start(ship, opt, opt.u0_mps.value_or(0.0))
+                                                        : SimulatedShip(ship, u0_of(ship, opt));
+  if (!opt.n_p_rps) return start;
+  const Actuator* propeller = ship.find_actuator(Channel::n_p);
+  if (propeller == nullptr || propeller->clip(*opt.n_p_rps) != *opt.n_p_rps)
+    throw UsageError(fmt::format("--n-p-rps {} is outside the limits of the ship '{}'", *opt.n_p_rps, ship.name));
+  start.actuators[Channel::n_p] = *opt.n_p_rps;
+  return start;
+}
+
+// What a maneuver's subcommand adds to the indices' facts.
+ManeuverFacts facts_of(const SimOptions& opt, const std::string& maneuver) {
+  ManeuverFacts facts{maneuver, 0.0, 0.0, {}, opt.wind_speed_mps};
+  if (maneuver == "turning") facts.rudder = deg_to_rad(opt.turning_rudder_deg);
+  if (maneuver == "zigzag") {
+    facts.rudder = deg_to_rad(opt.zigzag_rudder_deg);
+    facts.heading = opt.heading_deg > 0.0 ? deg_to_rad(opt.heading_deg) : std::abs(facts.rudder);
+  }
+  return facts;
+}
+
+// The ship at the start outlives the maneuver.
+using MakeManeuver = std::unique_ptr<Maneuver> (*)(const SimulatedShip& start, const SimOptions&);
+
+void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions& opt, MakeManeuver make) {
+  TimeGrid grid = opt.grid;
+  grid.duration_s = opt.duration_s.value_or(grid.sample_s);
+  grid.check();
+  check_streams(opt);
+  Ship ship = read_ship_with_effects(opt);
+  if (opt.n_p_rps)
+    for (Actuator& actuator : ship.actuators)  // ordered revolutions stay, also in a random run
+      if (actuator.channel == Channel::n_p) actuator.is_random = false;
+  const SimulatedShip start = ship_at_start(ship, opt, name);
+  const auto maneuver = make(start, opt);
+  const double longest_s = maneuver->longest_s().value_or(kDuration_s);
+  if (!opt.duration_s) grid.duration_s = grid.sample_s * std::ceil(longest_s / grid.sample_s - 1e-9);
+  Trajectory every_step;
+  const Trajectory truth =
+      simulate(start, *maneuver, wind_of(opt), grid, Integrator::rk4, opt.indices.empty() ? nullptr : &every_step);
+  if (!opt.indices.empty()) {
+    ManeuverFacts facts = facts_of(opt, name);
+    facts.phases = maneuver->phases();
+    io::Json conditions{{"u0_mps", start.surge_through_water()}, {"n_p_rps", start.actuators[Channel::n_p]}};
+    if (facts.rudder != 0.0) conditions["rudder_deg"] = rad_to_deg(facts.rudder);
+    if (facts.heading != 0.0) conditions["heading_deg"] = rad_to_deg(facts.heading);
+    conditions["wind"] = {{"kind", opt.wind}, {"speed_mps", opt.wind_speed_mps}, {"dir_deg", opt.wind_dir_deg}};
+    conditions["dt_s"] = grid.dt_s;
+    write_indices(app, opt, ship, every_step, facts, std::move(conditions));
+  }
+  write_result(opt, truth);
+}
+
+}  // namespace
+
+std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt) {
+  using Start = const SimulatedShip&;
+  using Options = const SimOptions&;
+  std::vector<Command> commands;
+  const auto add = [&](const char* name, const char* description, const Defaults& defaults, MakeManeuver make) {
+    CLI::App* sub = app.add_subcommand(name, description);
+    add_maneuver_options(*sub, opt, defaults);
+    commands.push_back({sub, [&app, &opt, name, make] { run_maneuver(app, name, opt, make); }});
+    return sub;
+  };
+  const char* until_done = "until it is done";
+
+  CLI::App* sub = add("zigzag", "zigzag test", {}, [](Start start, Options o) {
+    const ManeuverFacts facts = facts_of(o, "zigzag");
+    return zigzag(start.ship, facts.rudder, facts.heading);
+  });
+  add_rudder(*sub, opt.zigzag_rudder_deg);
+  sub->add_option("--heading-deg", opt.heading_deg, "change of heading at which the rudder is put over [deg]")
+      ->check(in_range(0.01, 180.0))
+      ->default_str("|rudder-deg|");
+
+  sub = add("turning", "turning circle", {},
+            [](Start start, Options o) { return turning(start.ship, deg_to_rad(o.turning_rudder_deg)); });
+  add_rudder(*sub, opt.turning_rudder_deg);
+
+  add("random", "random orders, distributed as the ship's JSON says", {}, [](Start start, Options o) {
+    return random_orders(start.ship, {o.common.seed, "random orders"});
+  });
+
+  sub = add("pull-out", "turn to starboard, amidships, turn to port, amidships: which yaw rates remain?",
+            {.duration_s = until_done}, [](Start start, Options o) {
+              return pull_out(start, deg_to_rad(o.pull_out_rudder_deg), deg_to_rad(o.amidships_deg), o.hold_s);
+            });
+  add_rudder_to_both_sides(*sub, opt.pull_out_rudder_deg);
+  sub->add_option("--amidships-deg", opt.amidships_deg,
+                  "rudder angle that counts as amidships: the neutral one, where the ship is not symmetric [deg]")
+      ->check(in_range(-180.0, 180.0))
+      ->capture_default_str();
+  add_hold(*sub, opt);
+
+  sub = add("spiral", "Dieudonne's spiral: rudder from starboard stepwise to port and back", {.duration_s = until_done},
+            [](Start start, Options o) {
+              return spiral(start, deg_to_rad(o.spiral_rudder_deg), deg_to_rad(o.step_deg), deg_to_rad(o.fine_step_deg),
+                            o.hold_s);
+            });
+  add_rudder_to_both_sides(*sub, opt.spiral_rudder_deg);
+  sub->add_option("--step-deg", opt.step_deg, "step between rudder angles; --rudder-deg is a multiple of it [deg]")
+      ->check(in_range(0.1, 180.0))
+      ->capture_default_str();
+  sub->add_option("--fine-step-deg", opt.fine_step_deg,
+                  "step within +- --step-deg, which is a multiple of it; a narrower loop can be missed [deg]")
+      ->check(in_range(0.01, 180.0))
+      ->capture_default_str();
+  add_hold(*sub, opt);
+
+  sub = add(
+      "crash-stop", "steady ahead, then full astern; by the rudders (clamshell) where the propeller does not reverse",
+      {.duration_s = until_done}, [](Start start, Options o) { return crash_stop(start, o.approach_s, o.astern_rps); });
+  sub->add_option("--approach-s", opt.approach_s, "time on a straight course before the order [s]")
+      ->check(not_negative())
+      ->default_str("5 L_pp/u0");
+  sub->add_option("--astern-rps", opt.astern_rps, "revolutions astern, negative [1/s]")
+      ->check(in_range(-1000.0, 0.0))
+      ->default_str("those ahead, reversed");
+
+  add("coast-down", "propeller stopped, rudders amidships, to a tenth of the speed", {.duration_s = until_done},
+      [](Start start, Options) { return coast_down(start); });
+
+  sub = add("thruster-pulses", "pulses of a side thruster to starboard, to port, and so on",
+            {.duration_s = until_done, .u0_mps = "0", .n_p_rps = "0 at rest, else those that hold the speed"},
+            [](Start start, Options o) {
+              std::optional<Channel> thruster;
+              if (!o.thruster.empty()) thruster = o.thruster == "bow" ? Channel::n_bt : Channel::n_st;
+              ThrusterPulses pulses = thruster_pulses_for(start.ship, thruster);
+              pulses.rps = o.thruster_rps.value_or(pulses.rps);
+              pulses.pulse_s = o.pulse_s.value_or(pulses.pulse_s);
+              pulses.rest_s = o.rest_s.value_or(pulses.rest_s);
+              pulses.pulses = o.pulses;
+              return thruster_pulses(start, pulses);
+            });
+  sub->add_option("--thruster", opt.thruster, "bow or stern")
+      ->check(CLI::IsMember({"bow", "stern"}))
+      ->default_str("the bow thruster, or else the stern thruster");
+  sub->add_option("--thruster-rps", opt.thruster_rps, "revolutions of a pulse [1/s]")
+      ->check(positive())
+      ->default_str("the most that both sides have");
+  sub->add_option("--pulse-s", opt.pulse_s, "length of a pulse [s]")->check(positive())->default_str("40 sqrt(L_pp/g)");
+  sub->add_option("--rest-s", opt.rest_s, "time after each pulse [s]")
+      ->check(positive())
+      ->default_str("120 sqrt(L_pp/g)");
+  sub->add_option("--pulses", opt.pulses, "number of pulses")->check(in_range(1.0, 10000.0))->capture_default_str();
+
+  sub = add("straight", "straight ahead at --u0-mps, the heading kept by a controller",
+            {.n_p_rps = "those that hold the speed in calm air"}, [](Start start, Options o) {
+              CourseKeeper keeper = course_keeper(start);
+              if (o.kp) keeper.kp = deg_to_rad(*o.kp);
+              if (o.kd) keeper.kd_s = deg_to_rad(*o.kd);
+              return straight(start.ship, keeper);
+            });
+  sub->add_option("--kp", opt.kp, "gain on the heading error [deg/rad]")->check(not_negative())->default_str("57.3");
+  sub->add_option("--kd", opt.kd, "gain on the yaw rate [deg/(rad/s)]")
+      ->check(not_negative())
+      ->default_str("114.6 L_pp/u0");
+
+  sub = add("schedule", "orders by the clock, from a file", {.duration_s = "200 s beyond the last row"},
+            [](Start start, Options o) {
+              Schedule schedule = read_schedule(o.schedule, start.ship);
+              warn_all(schedule.notices);
+              return scheduled_orders(std::move(schedule));
+            });
+  sub->add_option(
+         "schedule", opt.schedule,
+         "orders (CSV): t_s and columns such as delta_deg, n_p_rps; an empty field keeps the order; '-' for stdin")
+      ->required();
+  return commands;
+}
+
+}  // namespace leeway::cli

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/options.hpp"
+#include "dynamics/indices.hpp"
+#include "dynamics/simulation.hpp"
+
+/// The subcommands of mmg-sim that simulate.
+namespace leeway::cli {
+
+/// What the subcommands ask for; each uses those that it adds.
+struct SimOptions {
+  CommonOptions common;
+  std::string ship, output = "-", noise, truth, indices, columns, schedule, thruster;
+  std::vector<std::string> recordings, effects;
+  TimeGrid grid;
+  std::optional<double> duration_s, u0_mps, n_p_rps, hold_s, approach_s, astern_rps, thruster_rps, pulse_s, rest_s, kp,
+      kd;
+  double zigzag_rudder_deg = 10.0, turning_rudder_deg = 35.0, pull_out_rudder_deg = 20.0, spiral_rudder_deg = 25.0,
+         amidships_deg = 0.0, step_deg = 5.0, fine_step_deg = 0.5, heading_deg = 0.0, wind_speed_mps = 0.0,
+         wind_dir_deg = 0.0;
+  std::size_t pulses = 2;
+  std::string wind = "steady";
+  std::size_t restart_steps = 0;
+  bool hold = false, prediction = false;
+};
+
+/// A subcommand and what it does once the command line is read.
+struct Command {
+  CLI::App* subcommand;
+  std::function<void()> run;
+};
+
+/// turning, zigzag, ...: one for each maneuver. `app` and `opt` must outlive the commands.
+std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt);
+Command add_replay_command(CLI::App& app, SimOptions& opt);
+
+/// --output.
+void add_output(CLI::App& sub, SimOptions& opt, const std::string& what);
+
+// Shared by maneuvers and replay.
+
+/// --ship, --effect, --dt-s, --sample-s.
+void add_ship_and_steps(CLI::App& sub, SimOptions& opt);
+/// --noise, --truth.
+void add_noise(CLI::App& sub, SimOptions& opt);
+/// --indices.
+void add_indices(CLI::App& sub, SimOptions& opt);
+/// Throws UsageError if two results are to go to the standard output.
+void check_streams(const SimOptions& opt);
+/// The ship, with the effects of --effect.
+Ship read_ship_with_effects(const SimOptions& opt);
+void write_result(const SimOptions& opt, const Trajectory& truth);
+void write_indices(const CLI::App& app, const SimOptions& opt, const Ship& ship, const Trajectory& every_step,
+                   const ManeuverFacts& facts, io::Json conditions);
+
+}  // namespace leeway::cli
