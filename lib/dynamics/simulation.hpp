@@ -44,8 +44,10 @@ Vec3<T> water_velocity(const Model<T>& model, const Vec3<T>& eta, double t_s) {
 }
 
 /// d(eta, nu)/dt; nu is the velocity through the water, which is that over ground unless an effect moves the water.
+///   acting  the actuators of `inputs`
 template <typename T>
-ShipState<T> rate_of_change(const Model<T>& model, const ShipState<T>& state, const Inputs<T>& inputs) {
+ShipState<T> rate_of_change(const Model<T>& model, const ShipState<T>& state, const Inputs<T>& inputs,
+                            const ActingActuators<T>& acting) {
   using std::cos, std::sin;
   Situation<T> at;
   at.t_s = inputs.t_s;
@@ -68,14 +70,19 @@ ShipState<T> rate_of_change(const Model<T>& model, const ShipState<T>& state, co
   const Vec2<T> apparent_wind = at.to_ship(true_wind) + at.nu_ground.template head<2>();
   Vec3<T> force;
   if (effects.act()) {
-    Actuators<T> acting = inputs.actuators;
-    effects.act(acting);
-    force = model.modules.force(state.nu, acting, apparent_wind);
+    Actuators<T> changed = inputs.actuators;
+    effects.act(changed);
+    force = model.modules.force(state.nu, changed, apparent_wind);
   } else {
-    force = model.modules.force(state.nu, inputs.actuators, apparent_wind);
+    force = model.modules.force(state.nu, acting, apparent_wind);
   }
   return {Vec3<T>(u * at.cos_psi - v_m * at.sin_psi, u * at.sin_psi + v_m * at.cos_psi, state.nu(2)),
           model.inertia.acceleration(state.nu, force + extra)};
+}
+
+template <typename T>
+ShipState<T> rate_of_change(const Model<T>& model, const ShipState<T>& state, const Inputs<T>& inputs) {
+  return rate_of_change(model, state, inputs, ActingActuators<T>(inputs.actuators));
 }
 
 /// integrate() with the velocity through the water, before and after.
@@ -85,11 +92,14 @@ ShipState<T> integrate_through_water(const Model<T>& model, const ShipState<T>& 
   const auto moved = [&](const ShipState<T>& rate, double h) {
     return ShipState<T>{state.eta + h * rate.eta, state.nu + h * rate.nu};
   };
-  const ShipState<T> k1 = rate_of_change(model, state, inputs.start);
+  const ActingActuators<T> start(inputs.start.actuators);
+  const ShipState<T> k1 = rate_of_change(model, state, inputs.start, start);
   if (integrator == Integrator::euler) return moved(k1, dt_s);
-  const ShipState<T> k2 = rate_of_change(model, moved(k1, dt_s / 2.0), inputs.middle);
-  const ShipState<T> k3 = rate_of_change(model, moved(k2, dt_s / 2.0), inputs.middle);
-  const ShipState<T> k4 = rate_of_change(model, moved(k3, dt_s), inputs.end);
+  const ActingActuators<T> middle(inputs.middle.actuators, start);
+  const ShipState<T> k2 = rate_of_change(model, moved(k1, dt_s / 2.0), inputs.middle, middle);
+  const ShipState<T> k3 = rate_of_change(model, moved(k2, dt_s / 2.0), inputs.middle, middle);
+  const ActingActuators<T> end(inputs.end.actuators, middle);
+  const ShipState<T> k4 = rate_of_change(model, moved(k3, dt_s), inputs.end, end);
   return {state.eta + dt_s / 6.0 * (k1.eta + 2.0 * k2.eta + 2.0 * k3.eta + k4.eta),
           state.nu + dt_s / 6.0 * (k1.nu + 2.0 * k2.nu + 2.0 * k3.nu + k4.nu)};
 }

@@ -18,7 +18,8 @@ struct Motion {
 
   /// nu: a vector of three.
   template <typename Derived>
-  Motion(const Eigen::MatrixBase<Derived>& nu) : u(nu(0)), v(nu(1)), r(nu(2)), U2(u * u + v * v), U(0.0), per_U(0.0), beta(0.0) {
+  Motion(const Eigen::MatrixBase<Derived>& nu)
+      : u(nu(0)), v(nu(1)), r(nu(2)), U2(u * u + v * v), U(0.0), per_U(0.0), beta(0.0) {
     using std::abs, std::atan, std::atan2, std::sqrt;
     is_at_rest = !(U2 > T(kAtRest_m2ps2));
     if (is_at_rest) return;

@@ -44,7 +44,7 @@ struct ForceModules {
 
   /// The sum of all modules at midship (X [N], Y [N], N [N m]).
   ///   nu  through the water;  wind  apparent wind in ship axes [m/s], pointing to where it comes from
-  Vec3<T> force(const Vec3<T>& nu, const Actuators<T>& actuators, const Vec2<T>& apparent_wind) const {
+  Vec3<T> force(const Vec3<T>& nu, const ActingActuators<T>& actuators, const Vec2<T>& apparent_wind) const {
     const Motion<T> motion(nu);
     const PropellerFlow<T> flow =
         std::visit([&](const auto& m) { return m.flow(motion, actuators[Channel::n_p]); }, propeller);

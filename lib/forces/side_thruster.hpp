@@ -26,7 +26,7 @@ struct SideThruster {
   SideThruster(const SideThrusterCoefficients<double>& coefficients, const Particulars& particulars)
       : c(coefficients.cast<T>()), p(particulars), Fr_per_speed(1.0 / std::sqrt(kGravity_mps2 * p.L_pp)) {}
 
-  Vec3<T> force(const Motion<T>& motion, const Actuators<T>& actuators) const {
+  Vec3<T> force(const Motion<T>& motion, const ActingActuators<T>& actuators) const {
     using std::abs, std::exp;
     const T& n = actuators[c.channel];
     const T abs_u = abs(motion.u);

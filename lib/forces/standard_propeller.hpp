@@ -26,9 +26,10 @@ struct StandardPropeller {
   static constexpr std::string_view name = "mmg-standard";
   StandardPropellerCoefficients<T> c;
   Particulars p;
+  double per_D_P;  ///< 1/D_P [1/m]
 
   StandardPropeller(const StandardPropellerCoefficients<double>& coefficients, const Particulars& particulars)
-      : c(coefficients.cast<T>()), p(particulars) {}
+      : c(coefficients.cast<T>()), p(particulars), per_D_P(1.0 / c.D_P) {}
 
   void scale_thrust(const T& k) {
     for (T& coefficient : c.K_T) coefficient *= k;
@@ -44,13 +45,13 @@ struct StandardPropeller {
     using std::abs;
     const T& u = motion.u;
     const T one_minus_w = u > T(0.0) ? wake(motion) : T(1.0);
-    const T u_P = u * one_minus_w, w = u_P / c.D_P;
+    const T u_P = u * one_minus_w, w = u_P * per_D_P;
     const T drag = (1.0 - c.t_P) * c.K_T[2] * w * abs(w);  // of the stopped propeller
 
     const T n = n_P < T(0.0) && !c.is_reversible ? T(0.0) : n_P;
     T n2_K_T, thrust;  // by rho D_P^4; the thrust is what remains of it for the ship
     if (n < T(0.0)) {
-      const T u_D = u / c.D_P;  // n J_s; J_s > J means u_D < J n, since n < 0
+      const T u_D = u * per_D_P;  // n J_s; J_s > J means u_D < J n, since n < 0
       n2_K_T = !(u_D > c.J_s_reversed * n) ? T(c.K_T_reversed[0] * n * n + c.K_T_reversed[1] * n * u_D)
                                            : T(c.K_T_reversed_low * n * n);
       thrust = n2_K_T + drag;

@@ -42,9 +42,8 @@ struct StandardRudder {
     c.gamma_R_positive *= k;
   }
 
-  Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
-    using std::cos, std::sin, std::sqrt;
-    const T& delta = actuators[Channel::delta];
+  Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const ActingActuators<T>& actuators) const {
+    using std::sqrt;
     T beta = motion.beta;
     if (motion.u < T(0.0)) beta = (beta < T(0.0) ? -kPi : kPi) - beta;  // from the stern
     const T U_beta_R = motion.U * beta - c.l_R * p.L_pp * motion.r;
@@ -54,7 +53,7 @@ struct StandardRudder {
     if (!(U_R2 > T(kAtRest_m2ps2))) return Vec3<T>::Zero();
 
     // U_R^2 sin(delta - atan2(v_R, u_R)), without the angle.
-    const T s = sin(delta), k = cos(delta);
+    const T &s = actuators.sine(Channel::delta), &k = actuators.cosine(Channel::delta);
     const T F_N = 0.5 * p.rho * c.A_R * c.f_alpha * sqrt(U_R2) * (u_R * s - v_R * k);
     return {-(1.0 - c.t_R) * F_N * s, -(1.0 + c.a_H) * F_N * k, -(c.x_R + c.a_H * c.x_H * p.L_pp) * F_N * k};
   }

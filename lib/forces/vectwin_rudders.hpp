@@ -50,16 +50,14 @@ struct VectwinRudders {
     T port, starboard;
   };
 
-  Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const Actuators<T>& actuators) const {
-    using std::cos, std::sin;
-    const T &delta_p = actuators[Channel::delta_p], &delta_s = actuators[Channel::delta_s];
-    const NormalForces F = normal_forces(motion, flow, delta_p, delta_s);
+  Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const ActingActuators<T>& actuators) const {
+    const NormalForces F = normal_forces(motion, flow, actuators[Channel::delta_p], actuators[Channel::delta_s]);
     const T& J = flow.J;
     const T a_H = limited<T>(0.016 + (1.69 - 1.179 * J) * J, 0.016, 0.60556);
     const T x_H = p.L_pp * limited<T>(-0.159 + (-1.065 + 1.01 * J) * J, -0.4344, -0.159);
-    const T across = F.starboard * cos(delta_s) + F.port * cos(delta_p);
-    return {-(1.0 - c.t_R) * (F.starboard * sin(delta_s) + F.port * sin(delta_p)), -(1.0 + a_H) * across,
-            -(c.x_R + a_H * x_H) * across};
+    const T across = F.starboard * actuators.cosine(Channel::delta_s) + F.port * actuators.cosine(Channel::delta_p);
+    const T along = F.starboard * actuators.sine(Channel::delta_s) + F.port * actuators.sine(Channel::delta_p);
+    return {-(1.0 - c.t_R) * along, -(1.0 + a_H) * across, -(c.x_R + a_H * x_H) * across};
   }
 
   NormalForces normal_forces(const Motion<T>& motion, const PropellerFlow<T>& flow, const T& delta_p,

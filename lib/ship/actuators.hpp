@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <type_traits>
 
 #include "recording/trajectory.hpp"
 
@@ -24,6 +26,40 @@ struct Actuators {
     Actuators<U> result;
     for (std::size_t i = 0; i < values.size(); ++i) result.values[i] = U(values[i]);
     return result;
+  }
+};
+
+/// Actuators with the sines and cosines of the rudder angles, which are dear, so that the stages of a time step share
+/// them where the rudders rest.
+template <typename T>
+struct ActingActuators {
+  static constexpr std::array kRudders{Channel::delta, Channel::delta_p, Channel::delta_s};
+  Actuators<T> actuators;
+  std::array<T, kRudders.size()> sines, cosines;
+
+  ActingActuators(const Actuators<T>& values) : actuators(values) {
+    using std::cos, std::sin;
+    for (std::size_t i = 0; i < kRudders.size(); ++i) {
+      const T& angle = actuators[kRudders[i]];
+      // The channels that a ship does not have are zero. An autodiff scalar may have a derivative there.
+      const bool is_zero = std::is_floating_point_v<T> && angle == T(0.0);
+      sines[i] = is_zero ? angle : T(sin(angle));
+      cosines[i] = is_zero ? T(1.0) : T(cos(angle));
+    }
+  }
+  /// For `values`, taken from `known` where they are the same.
+  ActingActuators(const Actuators<T>& values, const ActingActuators& known) : ActingActuators(shared(values, known)) {}
+
+  const T& operator[](Channel channel) const { return actuators[channel]; }
+  const T& sine(Channel rudder) const { return sines[index(rudder)]; }
+  const T& cosine(Channel rudder) const { return cosines[index(rudder)]; }
+
+ private:
+  static constexpr std::size_t index(Channel rudder) { return Actuators<T>::index(rudder); }
+  static ActingActuators shared(const Actuators<T>& values, const ActingActuators& known) {
+    // Equal autodiff scalars may differ in their derivatives.
+    if (std::is_floating_point_v<T> && values.values == known.actuators.values) return known;
+    return ActingActuators(values);
   }
 };
 
