@@ -105,7 +105,7 @@ std::unique_ptr<Maneuver> random_orders(const Ship& ship, RandomStream stream) {
 Trajectory simulate(SimulatedShip start, Maneuver& maneuver, WindProcess wind, const TimeGrid& grid,
                     Integrator integrator, Trajectory* every_step) {
   grid.check();
-  const std::size_t steps = grid.steps_per_sample() * grid.samples();
+  const std::size_t steps_per_sample = grid.steps_per_sample(), steps = steps_per_sample * grid.samples();
   SimulatedShip& ship = start;
   Actuators<double> command = ship.actuators;
   Trajectory trajectory;
@@ -114,10 +114,10 @@ Trajectory simulate(SimulatedShip start, Maneuver& maneuver, WindProcess wind, c
     if (!ship.is_finite())
       throw NumericalError(
           fmt::format("the simulation diverged at {} s; reduce the time step (now {} s)", t_s, grid.dt_s));
-    const bool is_sample = k % grid.steps_per_sample() == 0;
-    const Inputs<double> inputs{ship.actuators, wind.value()};
-    if (is_sample) append_sample(trajectory, ship.ship, t_s, ship.state, inputs);
-    if (every_step != nullptr) append_sample(*every_step, ship.ship, t_s, ship.state, inputs);
+    const bool is_sample = k % steps_per_sample == 0;
+    if (is_sample) append_sample(trajectory, ship.ship, t_s, ship.state, {ship.actuators, wind.value(), t_s});
+    if (every_step != nullptr)
+      append_sample(*every_step, ship.ship, t_s, ship.state, {ship.actuators, wind.value(), t_s});
     maneuver.order(t_s, ship.state, command);
     if (k == steps || (is_sample && maneuver.is_done())) return trajectory;
     ship.step(command, wind.value(), grid.dt_s, integrator);
