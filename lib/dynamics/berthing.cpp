@@ -157,7 +157,9 @@ class Berthing : public Maneuver {
     const Vec2<double> gap = gap_in(pose(2), leg.pose, pose);
     const double turn = wrap_angle(leg.pose(2) - pose(2)), position_s = 30.0 * scale_.time;
     Intention intention;
-    intention.nu(0) = std::clamp(gap(0) / position_s, -0.02 * scale_.speed, 0.06 * scale_.speed);
+    // He creeps ahead rather than gather sternway, as long as there is room.
+    const double least = (gap(0) > -0.3 * L_ ? 0.008 : -0.02) * scale_.speed;
+    intention.nu(0) = std::clamp(gap(0) / position_s, least, 0.06 * scale_.speed);
     intention.nu(1) = std::clamp(gap(1) / position_s, -leg.speed_mps, leg.speed_mps);
     if (std::abs(turn) > 25.0 * kDegree) intention.nu(1) = 0.0;
     const double limit = 2.5 * kDegree / scale_.time;
@@ -260,8 +262,8 @@ BerthingPlan draw_berthing(const Ship& ship, RandomStream stream) {
   plan.pilot = draw_pilot(ship, scale, stream);
   const double to_water = plan.is_starboard_side ? -1.0 : 1.0;  // to starboard of the moored ship
   const double speed = scale.speed * stream.uniform(0.2, 0.4), crab = scale.speed * stream.uniform(0.03, 0.08);
-  const double clearance = to_water * L * stream.uniform(0.8, 1.5), misplaced = L * stream.uniform(-0.2, 0.2);
-  const double distance = L * stream.uniform(4.0, 8.0), offset = to_water * L * stream.uniform(0.0, 1.5);
+  const double clearance = to_water * L * stream.uniform(0.8, 1.5), misplaced = L * stream.uniform(-0.5, 0.0);
+  const double distance = L * stream.uniform(5.0, 10.0), offset = to_water * L * stream.uniform(0.0, 1.5);
   const double angle = stream.uniform(10.0, 40.0) * kDegree, turn = stream.uniform(45.0, 150.0) * kDegree;
   const bool turns_to_starboard = stream.uniform() < 0.5;
 
