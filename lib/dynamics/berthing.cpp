@@ -148,8 +148,7 @@ class Berthing : public Maneuver {
     const double drift = std::clamp(std::atan2(nu(1), std::max(nu(0), 0.1 * scale_.speed)), -0.5, 0.5);
     const double course = leg.pose(2) + std::atan(gap(1) / plan_.pilot.lookahead_m);
     const double limit = 2.0 * kDegree / scale_.time;
-    intention.nu(2) =
-        std::clamp(wrap_angle(course - pose(2) - drift) / plan_.pilot.heading_s, -limit, limit);
+    intention.nu(2) = std::clamp(wrap_angle(course - pose(2) - drift) / plan_.pilot.heading_s, -limit, limit);
     return intention;
   }
 
@@ -193,8 +192,7 @@ class Berthing : public Maneuver {
     const auto cost = [&](const Actuators<double>& orders) {
       const Vec3<double> miss = model_.acceleration(nu, orders, nu.head<2>()) - wanted;
       const double p = orders[Channel::delta_p], s = orders[Channel::delta_s], n = orders[Channel::n_bt];
-      const double change =
-          std::abs(p - current[Channel::delta_p]) + std::abs(s - current[Channel::delta_s]);  // [rad]
+      const double change = std::abs(p - current[Channel::delta_p]) + std::abs(s - current[Channel::delta_s]);  // [rad]
       const double thruster = n / thruster_.max;
       return (weights.cwiseProduct(miss) / a_0).squaredNorm() + 0.02 * change + 0.01 * (p + s) * (p + s) +
              0.02 * thruster * thruster;

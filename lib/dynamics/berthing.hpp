@@ -31,14 +31,14 @@ struct BerthingLeg {
 
 /// What sets one pilot apart from the other.
 struct PilotTraits {
-  double reaction_s = 0.0;           ///< from the look at the ship to the order
-  double interval_s = 0.0;           ///< mean time between looks; each time is within +-30 %
-  double deceleration_mps2 = 0.0;    ///< at which the approach is planned to be slowed down
-  double heading_s = 0.0;            ///< time in which a heading error is to vanish
-  double lookahead_m = 0.0;          ///< distance over which the ship returns to a line
-  double rudder_step_rad = 0.0;      ///< orders are multiples of it
+  double reaction_s = 0.0;         ///< from the look at the ship to the order
+  double interval_s = 0.0;         ///< mean time between looks; each time is within +-30 %
+  double deceleration_mps2 = 0.0;  ///< at which the approach is planned to be slowed down
+  double heading_s = 0.0;          ///< time in which a heading error is to vanish
+  double lookahead_m = 0.0;        ///< distance over which the ship returns to a line
+  double rudder_step_rad = 0.0;    ///< orders are multiples of it
   double thruster_step_rps = 0.0;
-  double misjudgment = 0.0;          ///< standard deviation of the factor on an intended acceleration
+  double misjudgment = 0.0;  ///< standard deviation of the factor on an intended acceleration
 };
 
 /// One berthing: the midship of the moored ship is the origin of the earth axes.

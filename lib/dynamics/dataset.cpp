@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 
@@ -10,6 +11,7 @@
 #include "core/errors.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "dynamics/berthing.hpp"
 #include "dynamics/phased_maneuvers.hpp"
 #include "io/files.hpp"
 #include "io/trajectory_csv.hpp"
@@ -55,8 +57,9 @@ struct KindInfo {
   std::string_view word, in_names;
   bool has_rudder;  // one run for each of the given angles
 };
-constexpr std::array<KindInfo, 9> kKinds{{
+constexpr std::array<KindInfo, 10> kKinds{{
     {ManeuverKind::random, "random", "r", false},
+    {ManeuverKind::berthing, "berthing", "b", false},
     {ManeuverKind::zigzag, "zigzag", "z", true},
     {ManeuverKind::turning, "turning", "t", true},
     {ManeuverKind::pull_out, "pull-out", "pull-out-", true},
@@ -67,16 +70,29 @@ constexpr std::array<KindInfo, 9> kKinds{{
     {ManeuverKind::straight, "straight", "straight", false},
 }};
 
-SimulatedShip start_of(const Ship& ship, const RunSpec& run) {
+// What sets one run apart from another of the same specification.
+struct RunSeed {
+  std::uint64_t seed = 0, place = 0;
+  RandomStream stream(std::string_view purpose) const { return {seed, purpose, place}; }
+};
+
+BerthingPlan berthing_plan(const Ship& ship, const RunSeed& seed) {
+  return draw_berthing(ship, seed.stream("berthing plan"));
+}
+
+SimulatedShip start_of(const Ship& ship, const RunSpec& run, const RunSeed& seed) {
   if (run.kind == ManeuverKind::straight) return steady_ahead(ship, run.u0_mps);
+  if (run.kind == ManeuverKind::berthing) return berthing_start(ship, berthing_plan(ship, seed));
   return SimulatedShip(ship, run.u0_mps);
 }
 
 // The ship at the start outlives the maneuver.
-std::unique_ptr<Maneuver> maneuver_of(const SimulatedShip& start, const RunSpec& run, const RandomStream& orders) {
+std::unique_ptr<Maneuver> maneuver_of(const SimulatedShip& start, const RunSpec& run, const RunSeed& seed) {
   switch (run.kind) {
     case ManeuverKind::random:
-      return random_orders(start.ship, orders);
+      return random_orders(start.ship, seed.stream("random orders"));
+    case ManeuverKind::berthing:
+      return berthing(start.ship, berthing_plan(start.ship, seed), seed.stream("berthing pilot"));
     case ManeuverKind::zigzag:
       return zigzag(start.ship, run.rudder, run.heading);
     case ManeuverKind::turning:
@@ -99,7 +115,7 @@ std::unique_ptr<Maneuver> maneuver_of(const SimulatedShip& start, const RunSpec&
 
 // The runs of one entry: every parameter `count` times.
 void read_runs(const JsonObject& json, const std::string& prefix, const Ship& ship, const TimeGrid& grid,
-               std::vector<RunSpec>& runs) {
+               DatasetSpec::Set& set) {
   RunSpec run;
   std::vector<std::string> words;
   words.reserve(kKinds.size());
@@ -107,13 +123,17 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
   const std::string word = json.word("maneuver", words);
   const KindInfo& kind = *std::find_if(kKinds.begin(), kKinds.end(), [&](const KindInfo& k) { return k.word == word; });
   run.kind = kind.kind;
-  run.duration_s = json.number("duration_s", io::kPositive);
+  const bool is_shared = json.has("total_duration_s");
+  if (is_shared && json.has("duration_s")) json.fail("total_duration_s", "expected this or duration_s, not both");
+  const std::string duration_key = is_shared ? "total_duration_s" : "duration_s";
+  run.duration_s = json.number(duration_key, io::kPositive);
   try {
     TimeGrid{grid.dt_s, grid.sample_s, run.duration_s}.check();
   } catch (const UsageError& error) {
-    json.fail("duration_s", error.what());
+    json.fail(duration_key, error.what());
   }
-  run.u0_mps = json.number_or("u0_mps", ship.u0_mps);
+  run.u0_mps = ship.u0_mps;
+  if (run.kind != ManeuverKind::berthing) run.u0_mps = json.number_or("u0_mps", ship.u0_mps);  // it draws its own
   if (const auto wind = json.object_if("wind")) {
     run.wind_speed_mps = read_range(*wind, "speed_mps", io::kNotNegative);
     const DrawnRange deg = read_range(*wind, "dir_deg", {});
@@ -145,10 +165,10 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
   }
   json.check_all_known();
   try {  // what cannot be done is said before anything is simulated
-    const SimulatedShip start = start_of(ship, run);
+    const SimulatedShip start = start_of(ship, run, {});
     for (const double rudder : rudders) {
       run.rudder = deg_to_rad(rudder);
-      maneuver_of(start, run, {0, ""});
+      maneuver_of(start, run, {});
     }
   } catch (const UsageError& error) {
     json.fail("maneuver", error.what());
@@ -156,6 +176,16 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
     json.fail("u0_mps", error.what());
   }
 
+  if (is_shared) {
+    const std::size_t runs = count * rudders.size();
+    const double shortest_s = 2.0 * static_cast<double>(runs) * grid.sample_s;
+    if (run.duration_s < shortest_s - 1e-9)
+      json.fail("total_duration_s",
+                fmt::format("expected at least two samples for each run, {} s for {} of them, got {}", shortest_s, runs,
+                            run.duration_s));
+    set.shared_durations.push_back({set.runs.size(), runs, run.duration_s});
+    run.duration_s /= static_cast<double>(runs);
+  }
   for (std::size_t i = 0; i < rudders.size(); ++i)
     for (std::size_t k = 1; k <= count; ++k) {
       run.rudder = deg_to_rad(rudders[i]);
@@ -167,7 +197,7 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
         if (headings[i] != std::abs(rudders[i])) run.name += fmt::format("-{}", headings[i]);
       }
       if (!kind.has_rudder || count > 1) run.name += fmt::format("-{:02}", k);
-      runs.push_back(run);
+      set.runs.push_back(run);
     }
 }
 
@@ -176,17 +206,16 @@ double draw(const DrawnRange& range, RandomStream& stream) {
 }
 
 // The noise-free run with the given place in the dataset.
-Trajectory simulate_run(const DatasetSpec& spec, const RunSpec& run, std::uint64_t seed, std::uint64_t place) {
-  const SimulatedShip ship = start_of(spec.ship, run);
-  RandomStream wind(seed, "wind of a run", place);
+Trajectory simulate_run(const DatasetSpec& spec, const RunSpec& run, const RunSeed& seed) {
+  const SimulatedShip ship = start_of(spec.ship, run, seed);
+  RandomStream wind = seed.stream("wind of a run");
   const double speed = draw(run.wind_speed_mps, wind);
   const double direction = draw(run.wind_dir, wind);
-  const auto maneuver = maneuver_of(ship, run, {seed, "random orders", place});
+  const auto maneuver = maneuver_of(ship, run, seed);
   try {
     return simulate(ship, *maneuver,
-                    run.has_stochastic_wind
-                        ? WindProcess::stochastic(speed, direction, {seed, "stochastic wind", place})
-                        : WindProcess::steady(speed, direction),
+                    run.has_stochastic_wind ? WindProcess::stochastic(speed, direction, seed.stream("stochastic wind"))
+                                            : WindProcess::steady(speed, direction),
                     {spec.grid.dt_s, spec.grid.sample_s, run.duration_s});
   } catch (const NumericalError& error) {
     throw NumericalError(fmt::format("{}: {}", run.name, error.what()));
@@ -220,7 +249,7 @@ DatasetSpec read_dataset_spec(const std::string& name_or_path) {
     result.name = set.text("name");
     const std::string prefix = prefix_of(set, result.name);
     if (!set_names.insert(result.name).second) set.fail("name", fmt::format("'{}' stands twice", result.name));
-    for (const JsonObject& runs : set.objects("runs")) read_runs(runs, prefix, spec.ship, spec.grid, result.runs);
+    for (const JsonObject& runs : set.objects("runs")) read_runs(runs, prefix, spec.ship, spec.grid, result);
     for (const RunSpec& run : result.runs)
       if (!names.insert(run.name).second)
         set.fail("runs", fmt::format("two recordings would be called '{}'", run.name));
@@ -230,30 +259,53 @@ DatasetSpec read_dataset_spec(const std::string& name_or_path) {
   return spec;
 }
 
+std::vector<std::size_t> share_samples(std::size_t total, std::size_t count, RandomStream stream) {
+  std::vector<double> until{0.0};  // sums of the weights
+  for (std::size_t i = 0; i < count; ++i) until.push_back(until.back() + stream.uniform(0.7, 1.3));
+  std::vector<std::size_t> samples;
+  std::size_t given = 0;
+  for (std::size_t i = 1; i <= count; ++i) {
+    const double due = static_cast<double>(total) * (until[i] / until.back());
+    const std::size_t next = i == count ? total : static_cast<std::size_t>(std::llround(due));
+    samples.push_back(next - given);
+    given = next;
+  }
+  return samples;
+}
+
 void generate_dataset(const DatasetSpec& spec, const std::string& folder, std::uint64_t seed, std::size_t jobs,
                       const io::Json& provenance) {
   struct Place {
     const DatasetSpec::Set* set;
-    const RunSpec* run;
+    RunSpec run;
   };
   std::vector<Place> places;
   io::Json sets = io::Json::array();
   for (const DatasetSpec::Set& set : spec.sets) {
     io::make_directories(fmt::format("{}/{}/truth", folder, set.name));
     io::Json recordings = io::Json::array();
+    const std::size_t first_place = places.size();
     for (const RunSpec& run : set.runs) {
-      places.push_back({&set, &run});
+      places.push_back({&set, run});
       recordings.push_back({{"file", fmt::format("{}/{}.csv", set.name, run.name)},
                             {"truth", fmt::format("{}/truth/{}.csv", set.name, run.name)}});
+    }
+    for (const SharedDuration& shared : set.shared_durations) {
+      const std::size_t first = first_place + shared.first;
+      const std::vector<std::size_t> samples =
+          share_samples(static_cast<std::size_t>(std::llround(shared.total_s / spec.grid.sample_s)), shared.count,
+                        {seed, "durations", first});
+      for (std::size_t i = 0; i < shared.count; ++i)
+        places[first + i].run.duration_s = grid_time(samples[i], spec.grid.sample_s);
     }
     sets.push_back({{"name", set.name}, {"noise", to_json(spec.noise)}, {"recordings", recordings}});
   }
   parallel_for(places.size(), jobs, [&](std::size_t i) {
     const auto& [set, run] = places[i];
-    const Trajectory truth = simulate_run(spec, *run, seed, i);
+    const Trajectory truth = simulate_run(spec, run, {seed, i});
     const Trajectory recording = observed(truth, spec.noise, {seed, "observation noise", i});
-    io::write_trajectory(fmt::format("{}/{}/truth/{}.csv", folder, set->name, run->name), truth);
-    io::write_trajectory(fmt::format("{}/{}/{}.csv", folder, set->name, run->name), recording);
+    io::write_trajectory(fmt::format("{}/{}/truth/{}.csv", folder, set->name, run.name), truth);
+    io::write_trajectory(fmt::format("{}/{}/{}.csv", folder, set->name, run.name), recording);
   });
   io::write_text(folder + "/dataset.json", io::to_text({{"sets", sets}, {"provenance", provenance}}));
 }

@@ -16,6 +16,7 @@ struct DrawnRange {
 
 enum class ManeuverKind {
   random,
+  berthing,
   zigzag,
   turning,
   pull_out,
@@ -31,15 +32,23 @@ struct RunSpec {
   std::string name;  ///< of the recording, unique in the dataset
   ManeuverKind kind = ManeuverKind::random;
   double rudder = 0.0, heading = 0.0;  ///< [rad], of maneuvers that have them
-  double u0_mps = 0.0, duration_s = 0.0;
+  double u0_mps = 0.0;
+  double duration_s = 0.0;              ///< the mean, where it is shared
   DrawnRange wind_speed_mps, wind_dir;  ///< [m/s], [rad]; means where the wind is stochastic
   bool has_stochastic_wind = false;
+};
+
+/// Neighboring runs of a set that share a total duration.
+struct SharedDuration {
+  std::size_t first = 0, count = 0;
+  double total_s = 0.0;
 };
 
 struct DatasetSpec {
   struct Set {
     std::string name;
     std::vector<RunSpec> runs;
+    std::vector<SharedDuration> shared_durations;
   };
   Ship ship;
   TimeGrid grid;  ///< its duration is not used
@@ -51,6 +60,10 @@ struct DatasetSpec {
 /// Reads a dataset specification (docs/mmg-sim.md): a path, or the name of a shipped one such as "demo".
 /// Throws InputError for anything unknown, missing or impossible.
 DatasetSpec read_dataset_spec(const std::string& name_or_path);
+
+/// Whole samples for each of `count` runs: within 30 % of the mean, rounded, and exactly `total` in sum; at least one
+/// each if there are at least two for each.
+std::vector<std::size_t> share_samples(std::size_t total, std::size_t count, RandomStream stream);
 
 /// Simulates all runs and writes <folder>/<set>/<name>.csv, <folder>/<set>/truth/<name>.csv and, last,
 /// <folder>/dataset.json. Each run has its own random streams by its place in the specification: the bytes do not
