@@ -20,7 +20,10 @@ int main(int argc, char** argv) try {
 
   std::string spec;
   CLI::App* dataset = app.add_subcommand("dataset", "sets of runs with observation noise, and their truth");
-  dataset->add_option("spec", spec, "specification (JSON), or the name of a shipped one: demo")->required();
+  dataset
+      ->add_option("spec", spec,
+                   "specification (JSON), or the name of a shipped one: demo, paper-model-scale, paper-full-scale")
+      ->required();
   cli::add_output(*dataset, opt, "folder for <set>/<name>.csv, <set>/truth/<name>.csv and dataset.json");
   commands.push_back({dataset, [&] {
                         if (opt.output == "-") throw UsageError("a dataset is a folder: give --output DIR");

@@ -5,6 +5,7 @@
 #include "cli/simulator.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "dynamics/berthing.hpp"
 #include "dynamics/phased_maneuvers.hpp"
 #include "dynamics/schedule.hpp"
 #include "dynamics/straight_run.hpp"
@@ -83,9 +84,17 @@ SimulatedShip balanced_start(const Ship& ship, const SimOptions& opt, double u_m
   return steady_ahead(ship, u_mps);
 }
 
+// A berthing starts on its plan, and with the user's speed and revolutions where they are given.
+BerthingPlan berthing_plan(const Ship& ship, const SimOptions& opt) {
+  BerthingPlan plan = draw_berthing(ship, {opt.common.seed, "berthing plan"});
+  if (opt.u0_mps) plan.u0_mps = *opt.u0_mps;
+  return plan;
+}
+
 SimulatedShip ship_at_start(const Ship& ship, const SimOptions& opt, const std::string& maneuver) {
   SimulatedShip start = maneuver == "straight"          ? balanced_start(ship, opt, u0_of(ship, opt))
                         : maneuver == "thruster-pulses" ? balanced_start(ship, opt, opt.u0_mps.value_or(0.0))
+                        : maneuver == "berthing"        ? berthing_start(ship, berthing_plan(ship, opt))
                                                         : SimulatedShip(ship, u0_of(ship, opt));
   if (!opt.n_p_rps) return start;
   const Actuator* propeller = ship.find_actuator(Channel::n_p);
@@ -168,6 +177,12 @@ std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt) {
   add("random", "random orders, distributed as the ship's JSON says", {}, [](Start start, Options o) {
     return random_orders(start.ship, {o.common.seed, "random orders"});
   });
+
+  add("berthing", "a berthing as a pilot steers it with VecTwin rudders and bow thruster, by --seed",
+      {.duration_s = "450 sqrt(L_pp/g)", .u0_mps = "drawn, 0.2 to 0.4 at 3 m; 0 at a quay"},
+      [](Start start, Options o) {
+        return berthing(start.ship, berthing_plan(start.ship, o), {o.common.seed, "berthing pilot"});
+      });
 
   sub = add("pull-out", "turn to starboard, amidships, turn to port, amidships: which yaw rates remain?",
             {.duration_s = until_done}, [](Start start, Options o) {

@@ -83,8 +83,9 @@ void add_ship_and_steps(CLI::App& sub, SimOptions& opt) {
 }
 
 void add_noise(CLI::App& sub, SimOptions& opt) {
-  sub.add_option("--noise", opt.noise,
-                 "observation noise (JSON), or the name of a shipped one: paper-model-scale [default: none]");
+  sub.add_option(
+      "--noise", opt.noise,
+      "observation noise (JSON), or the name of a shipped one: paper-model-scale, paper-full-scale [default: none]");
   sub.add_option("--truth", opt.truth, "also write the noise-free states here (CSV)");
 }
 
