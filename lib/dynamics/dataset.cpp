@@ -132,8 +132,8 @@ void read_runs(const JsonObject& json, const std::string& prefix, const Ship& sh
   } catch (const UsageError& error) {
     json.fail(duration_key, error.what());
   }
-  run.u0_mps = ship.u0_mps;
-  if (run.kind != ManeuverKind::berthing) run.u0_mps = json.number_or("u0_mps", ship.u0_mps);  // it draws its own
+  if (run.kind == ManeuverKind::berthing && json.has("u0_mps")) json.fail("u0_mps", "a berthing draws its own speed");
+  run.u0_mps = json.number_or("u0_mps", ship.u0_mps);
   if (const auto wind = json.object_if("wind")) {
     run.wind_speed_mps = read_range(*wind, "speed_mps", io::kNotNegative);
     const DrawnRange deg = read_range(*wind, "dir_deg", {});

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
@@ -293,4 +294,70 @@ TEST_CASE("mmg-sim: a dataset holds the other maneuvers and stochastic wind, and
   const Outcome wind = dataset("vectwin-3m", R"({"maneuver": "random", "duration_s": 60, "wind": {"kind": "gusty"}})");
   CHECK(wind.exit_code == 3);
   CHECK_THAT(wind.err, Contains("/sets/0/runs/0/wind/kind"));
+}
+
+TEST_CASE("mmg-sim: berthing follows the seed, has general indices, and refuses a ship that cannot do it", "[cli]") {
+  const TemporaryFolder folder;
+  const std::string command = "mmg-sim berthing --ship vectwin-3m --wind stochastic --wind-speed-mps 1 --seed ";
+  const Outcome third = run(folder, command + "3 --indices i.json"), again = run(folder, command + "3"),
+                fourth = run(folder, command + "4");
+  CHECK(third.exit_code == 0);
+  CHECK(lines(third.out) == 251);  // 450 sqrt(L/g), up to the next sample
+  CHECK(third.out == again.out);
+  CHECK(third.out != fourth.out);
+  CHECK_THAT(read_text(folder / "i.json"), Contains("\"run\""));
+  for (const char* ship : {"kvlcc2-l7", "esso-osaka-3m"}) {
+    const Outcome refused = run(folder, std::string("mmg-sim berthing --ship ") + ship);
+    CHECK(refused.exit_code == 2);
+    CHECK(refused.out.empty());
+    CHECK_THAT(refused.err, Contains("berthing needs VecTwin rudders (delta_p, delta_s) and a bow thruster (n_bt)"));
+  }
+}
+
+TEST_CASE("mmg-sim: the data sets of the paper have its sizes, whatever the number of threads", "[cli]") {
+  const TemporaryFolder folder;
+  REQUIRE(run(folder, "mmg-sim dataset paper-model-scale --jobs 1 -o a").exit_code == 0);
+  REQUIRE(run(folder, "mmg-sim dataset paper-model-scale --jobs 3 -o b").exit_code == 0);
+  const leeway::io::Json dataset = leeway::io::read_json(folder / "a/dataset.json");
+  const std::map<std::string, std::pair<long, long>> sizes{
+      {"Train-B", {27, 4770}}, {"Test-B", {14, 2304}}, {"Test-ZT", {12, 2400}}, {"Test-R", {10, 2000}}};
+  CHECK(dataset["sets"].size() == sizes.size());
+  for (const leeway::io::Json& set : dataset["sets"]) {
+    long runs = 0, seconds = 0;
+    for (const leeway::io::Json& recording : set["recordings"]) {
+      const std::string file = recording["file"], truth = recording["truth"];
+      const std::string text = read_text(folder / ("a/" + file));
+      CHECK(text == read_text(folder / ("b/" + file)));
+      CHECK(read_text(folder / ("a/" + truth)) == read_text(folder / ("b/" + truth)));
+      ++runs;
+      seconds += lines(text) - 2;  // the header, and the sample at 0 s
+    }
+    CAPTURE(set["name"].get<std::string>());
+    CHECK(sizes.at(set["name"]) == std::pair(runs, seconds));
+  }
+}
+
+TEST_CASE("mmg-sim: impossible durations of a dataset are refused with their place", "[cli]") {
+  const TemporaryFolder folder;
+  const auto check = [&](const std::string& ship, const std::string& runs, const std::string& message) {
+    folder.write("spec.json", R"({"ship": ")" + ship + R"(", "sets": [{"name": "A", "runs": [)" + runs + "]}]}");
+    const Outcome outcome = run(folder, "mmg-sim dataset spec.json -o d");
+    CAPTURE(runs);
+    CHECK(outcome.exit_code == 3);
+    CHECK_THAT(outcome.err, Contains("spec.json: " + message));
+    CHECK(lines(outcome.err) == 1);
+  };
+  check("vectwin-3m", R"({"maneuver": "berthing", "count": 9, "total_duration_s": 17})",
+        "/sets/0/runs/0/total_duration_s: expected at least two samples for each run, 18 s for 9 of them, got 17");
+  check("vectwin-3m", R"({"maneuver": "berthing", "duration_s": 9, "total_duration_s": 17})",
+        "/sets/0/runs/0/total_duration_s: expected this or duration_s, not both");
+  check("vectwin-3m", R"({"maneuver": "berthing", "total_duration_s": 17.5})",
+        "/sets/0/runs/0/total_duration_s: the duration must be a multiple of the sampling time");
+  check("vectwin-3m", R"({"maneuver": "berthing", "total_duration_s": -3})",
+        "/sets/0/runs/0/total_duration_s: expected a number > 0");
+  check("vectwin-3m", R"({"maneuver": "berthing"})", "/sets/0/runs/0/duration_s: ");
+  check("vectwin-3m", R"({"maneuver": "berthing", "duration_s": 60, "u0_mps": 0.3})",
+        "/sets/0/runs/0/u0_mps: a berthing draws its own speed");
+  check("kvlcc2-l7", R"({"maneuver": "berthing", "duration_s": 60})",
+        "/sets/0/runs/0/maneuver: berthing needs VecTwin rudders");
 }
