@@ -1,5 +1,6 @@
 #include "dynamics/berthing.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -149,4 +150,19 @@ TEST_CASE("dataset: shared durations are whole samples that sum to the total", "
         CHECK(std::count(samples.begin(), samples.end(), std::size_t{0}) == 0);
       }
   CHECK(share_samples(4770, 27, {1, "durations"}) != share_samples(4770, 27, {2, "durations"}));
+}
+
+TEST_CASE("dataset: the full-scale sets of the paper have its sizes", "[dynamics][berthing]") {
+  const DatasetSpec spec = read_dataset_spec("paper-full-scale");
+  REQUIRE(spec.sets.size() == 4);
+  CHECK(spec.ship.name == "vectwin-150m");
+  CHECK(spec.noise.r == deg_to_rad(0.01));
+  CHECK(spec.sets[0].runs.size() == 27);
+  CHECK(spec.sets[0].shared_durations.at(0).total_s == 32180.0);
+  CHECK(spec.sets[1].runs.size() == 14);
+  CHECK(spec.sets[1].shared_durations.at(0).total_s == 16230.0);
+  CHECK(spec.sets[2].runs.size() == 12);
+  CHECK(spec.sets[3].runs.size() == 10);
+  CHECK(spec.sets[2].runs[0].wind_speed_mps.high == 0.0);
+  for (const std::size_t set : {0U, 1U, 3U}) CHECK(spec.sets[set].runs[0].has_stochastic_wind);
 }
