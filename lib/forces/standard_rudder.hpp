@@ -43,13 +43,13 @@ struct StandardRudder {
   }
 
   Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const ActingActuators<T>& actuators) const {
-    using std::sqrt;
+    using std::abs, std::sqrt;
     T beta = motion.beta;
     if (motion.u < T(0.0)) beta = (beta < T(0.0) ? -kPi : kPi) - beta;  // from the stern
     const T U_beta_R = motion.U * beta - c.l_R * p.L_pp * motion.r;
     const T v_R = (U_beta_R < T(0.0) ? c.gamma_R_negative : c.gamma_R_positive) * U_beta_R;
-    const T u_R = inflow(flow);
-    const T U_R2 = u_R * u_R + v_R * v_R;
+    const T u_R_squared = squared_inflow(flow), u_R = root(u_R_squared);
+    const T U_R2 = abs(u_R_squared) + v_R * v_R;
     if (!(U_R2 > T(kAtRest_m2ps2))) return Vec3<T>::Zero();
 
     // U_R^2 sin(delta - atan2(v_R, u_R)), without the angle.
@@ -70,11 +70,11 @@ struct StandardRudder {
   // What a propeller's race of speed w brings to the rudder's place.
   T felt(const T& w) const { return (w < T(0.0) ? c.k_reversed : T(c.epsilon * c.kappa)) * w; }
 
-  // Longitudinal flow at the rudder [m/s]; negative where it comes from astern.
-  T inflow(const PropellerFlow<T>& flow) const {
+  // Longitudinal flow at the rudder, squared with its sign [m^2/s^2]; negative where it comes from astern.
+  T squared_inflow(const PropellerFlow<T>& flow) const {
     const T b = flow.u_P < T(0.0) ? flow.u_P : T(c.epsilon * flow.u_P);
     const T race = root(squared(flow.u_P) + 8.0 * flow.n2_K_T * (D_P * D_P / kPi));
-    return root(eta * squared(b + felt(race) - felt(flow.u_P)) + (1.0 - eta) * squared(b));
+    return eta * squared(b + felt(race) - felt(flow.u_P)) + (1.0 - eta) * squared(b);
   }
 };
 

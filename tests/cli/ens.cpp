@@ -481,7 +481,8 @@ TEST_CASE("pd-sweep: a wrong command line ends with 2", "[cli][ens]") {
   check_refused(folder, sweep + "--duration-s 3 --dt-s 0.3 --trajectories t", 2, "must be a multiple of --dt-s");
   check_refused(folder, sweep + "--use-members 5", 2, "--use-members 5: model has 4 members");
   check_refused(folder, "pd-sweep model --ship esso-osaka-3m", 2, "the ensemble needs 'delta_p_deg', which the ship");
-  check_refused(folder, "pd-sweep model --ship none-such", 2, "shipped: esso-osaka-3m, kvlcc2-full, kvlcc2-l7, vectwin-150m, vectwin-3m");
+  check_refused(folder, "pd-sweep model --ship none-such", 2,
+                "shipped: esso-osaka-3m, kvlcc2-full, kvlcc2-l7, vectwin-150m, vectwin-3m");
   check_refused(folder, "pd-sweep none-such --ship vectwin-3m", 4, "none-such/ensemble.json: cannot be opened");
   check_refused(folder, sweep + "--kp 20 --kd 20 -o no/such.csv", 4, "no/such.csv: cannot be written");
   if (std::filesystem::exists("/dev/full"))

@@ -45,8 +45,7 @@ TEST_CASE("kvlcc2-l7: turning circle and zigzag agree with an independent implem
     CAPTURE(name);
     const Trajectory reference = io::read_trajectory(path);
     const auto maneuver = is_zigzag ? zigzag(ship, 20.0 * kDegree, 20.0 * kDegree) : turning(ship, 35.0 * kDegree);
-    const Trajectory run =
-        simulate(SimulatedShip(ship), *maneuver, {}, {0.02, 0.5, reference[Channel::t].back()});
+    const Trajectory run = simulate(SimulatedShip(ship), *maneuver, {}, {0.02, 0.5, reference[Channel::t].back()});
     REQUIRE(run.size() == reference.size());
     const Differences d = largest_differences(run, reference);
     CHECK(d.position < 1e-4 * L);
