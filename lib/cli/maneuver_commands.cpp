@@ -13,11 +13,15 @@
 namespace leeway::cli {
 namespace {
 
-constexpr double kDuration_s = 200.0;  // of maneuvers that do not end by themselves
+// Of maneuvers that do not end by themselves: 200 s of a 3 m ship, and no less.
+double usual_duration_s(const Ship& ship) {
+  return std::max(200.0, 360.0 * std::sqrt(ship.particulars.L_pp / kGravity_mps2));
+}
 
 // What all maneuvers share; the defaults as --help shows them.
 struct Defaults {
-  const char *duration_s = "200", *u0_mps = "the ship's u0_mps", *n_p_rps = "the ship's initial_rps";
+  const char *duration_s = "200, or 360 sqrt(L_pp/g) where that is longer", *u0_mps = "the ship's u0_mps",
+             *n_p_rps = "the ship's initial_rps";
 };
 void add_maneuver_options(CLI::App& sub, SimOptions& opt, const Defaults& defaults = {}) {
   add_ship_and_steps(sub, opt);
@@ -91,6 +95,17 @@ BerthingPlan berthing_plan(const Ship& ship, const SimOptions& opt) {
   return plan;
 }
 
+// The wind of a berthing is drawn unless the command line says something of it.
+SimOptions with_wind(const SimOptions& opt, const CLI::App& sub) {
+  SimOptions result = opt;
+  if (sub.count("--wind") + sub.count("--wind-speed-mps") + sub.count("--wind-dir-deg") > 0) return result;
+  const MeanWind mean = draw_mean_wind(read_ship_with_effects(opt), {opt.common.seed, "mean wind"});
+  result.wind = "stochastic";
+  result.wind_speed_mps = mean.speed_mps;
+  result.wind_dir_deg = rad_to_deg(mean.direction);
+  return result;
+}
+
 SimulatedShip ship_at_start(const Ship& ship, const SimOptions& opt, const std::string& maneuver) {
   SimulatedShip start = maneuver == "straight"          ? balanced_start(ship, opt, u0_of(ship, opt))
                         : maneuver == "thruster-pulses" ? balanced_start(ship, opt, opt.u0_mps.value_or(0.0))
@@ -129,7 +144,7 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
       if (actuator.channel == Channel::n_p) actuator.is_random = false;
   const SimulatedShip start = ship_at_start(ship, opt, name);
   const auto maneuver = make(start, opt);
-  const double longest_s = maneuver->longest_s().value_or(kDuration_s);
+  const double longest_s = maneuver->longest_s().value_or(usual_duration_s(ship));
   if (!opt.duration_s) grid.duration_s = grid.sample_s * std::ceil(longest_s / grid.sample_s - 1e-9);
   Trajectory every_step;
   const Trajectory truth =
@@ -137,9 +152,12 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
   if (!opt.indices.empty()) {
     ManeuverFacts facts = facts_of(opt, name);
     facts.phases = maneuver->phases();
+    const bool is_berthing = name == "berthing";
+    if (is_berthing) facts.heading = berthing_plan(ship, opt).quay_heading;
     io::Json conditions{{"u0_mps", start.surge_through_water()}, {"n_p_rps", start.actuators[Channel::n_p]}};
     if (facts.rudder != 0.0) conditions["rudder_deg"] = rad_to_deg(facts.rudder);
-    if (facts.heading != 0.0) conditions["heading_deg"] = rad_to_deg(facts.heading);
+    if (facts.heading != 0.0 && !is_berthing) conditions["heading_deg"] = rad_to_deg(facts.heading);
+    if (is_berthing) conditions["plan"] = to_json(berthing_plan(ship, opt));
     conditions["wind"] = {{"kind", opt.wind}, {"speed_mps", opt.wind_speed_mps}, {"dir_deg", opt.wind_dir_deg}};
     conditions["dt_s"] = grid.dt_s;
     write_indices(app, opt, ship, every_step, facts, std::move(conditions));
@@ -178,11 +196,17 @@ std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt) {
     return random_orders(start.ship, {o.common.seed, "random orders"});
   });
 
-  add("berthing", "a berthing as a pilot steers it with VecTwin rudders and bow thruster, by --seed",
-      {.duration_s = "450 sqrt(L_pp/g)", .u0_mps = "drawn, 0.2 to 0.4 at 3 m; 0 at a quay"},
-      [](Start start, Options o) {
-        return berthing(start.ship, berthing_plan(start.ship, o), {o.common.seed, "berthing pilot"});
-      });
+  sub = add("berthing",
+            "a berthing as a pilot steers it with VecTwin rudders and bow thruster, by --seed; "
+            "so is the wind, unless one of its options is given",
+            {.duration_s = "450 sqrt(L_pp/g)", .u0_mps = "drawn, 0.2 to 0.4 at 3 m; 0 at a quay"},
+            [](Start start, Options o) {
+              return berthing(start.ship, berthing_plan(start.ship, o), {o.common.seed, "berthing pilot"});
+            });
+  commands.back().run = [sub, run = commands.back().run, &opt] {
+    opt = with_wind(opt, *sub);
+    run();
+  };
 
   sub = add("pull-out", "turn to starboard, amidships, turn to port, amidships: which yaw rates remain?",
             {.duration_s = until_done}, [](Start start, Options o) {

@@ -157,7 +157,7 @@ class Berthing : public Maneuver {
     const double turn = wrap_angle(leg.pose(2) - pose(2)), position_s = 30.0 * scale_.time;
     Intention intention;
     // He creeps ahead rather than gather sternway, as long as there is room.
-    const double least = (gap(0) > -0.3 * L_ ? 0.008 : -0.02) * scale_.speed;
+    const double least = (gap(0) > -0.2 * L_ ? 0.008 : -0.01) * scale_.speed;
     intention.nu(0) = std::clamp(gap(0) / position_s, least, 0.06 * scale_.speed);
     intention.nu(1) = std::clamp(gap(1) / position_s, -leg.speed_mps, leg.speed_mps);
     if (std::abs(turn) > 25.0 * kDegree) intention.nu(1) = 0.0;
@@ -261,7 +261,10 @@ BerthingPlan draw_berthing(const Ship& ship, RandomStream stream) {
   const double to_water = plan.is_starboard_side ? -1.0 : 1.0;  // to starboard of the moored ship
   const double speed = scale.speed * stream.uniform(0.2, 0.4), crab = scale.speed * stream.uniform(0.03, 0.08);
   const double clearance = to_water * L * stream.uniform(0.8, 1.5), misplaced = L * stream.uniform(-0.5, 0.0);
-  const double distance = L * stream.uniform(5.0, 10.0), offset = to_water * L * stream.uniform(0.0, 1.5);
+  // What the brake takes, and a while at full speed.
+  const double distance =
+      0.5 * speed * speed / plan.pilot.deceleration_mps2 + speed * scale.time * stream.uniform(5.0, 45.0);
+  const double offset = to_water * L * stream.uniform(0.0, 1.5);
   const double angle = stream.uniform(10.0, 40.0) * kDegree, turn = stream.uniform(45.0, 150.0) * kDegree;
   const bool turns_to_starboard = stream.uniform() < 0.5;
 
@@ -281,10 +284,10 @@ BerthingPlan draw_berthing(const Ship& ship, RandomStream stream) {
       plan.legs = {{Kind::under_way, off_berth, speed, true}, to_berth};
       break;
     case BerthingPattern::turn: {  // from the water side
-      const Vec3<double> approach = turned(moved(off_berth, 0.0, to_water * 0.5 * L), -to_water * turn);
-      plan.start = turned(moved(approach, -distance, 0.0), stream.uniform(-8.0, 8.0) * kDegree);
-      plan.u0_mps = speed;
-      plan.legs = {{Kind::under_way, approach, speed, true},
+      const Vec3<double> approach = turned(off_berth, -to_water * turn);
+      plan.start = turned(moved(approach, -0.4 * distance, 0.0), stream.uniform(-8.0, 8.0) * kDegree);
+      plan.u0_mps = 0.6 * speed;
+      plan.legs = {{Kind::under_way, approach, 0.6 * speed, true},
                    {Kind::on_the_spot, turned(approach, to_water * turn), crab, true},
                    to_berth};
       break;
@@ -307,6 +310,20 @@ BerthingPlan draw_berthing(const Ship& ship, RandomStream stream) {
     }
   }
   return plan;
+}
+
+io::Json to_json(const BerthingPlan& plan) {
+  return {{"pattern", kBerthingPatterns[static_cast<std::size_t>(plan.pattern)]},
+          {"quay_side", plan.is_starboard_side ? "starboard" : "port"},
+          {"quay_heading_deg", rad_to_deg(plan.quay_heading)},
+          {"x0_m", plan.start(0)},
+          {"y0_m", plan.start(1)},
+          {"psi_deg", rad_to_deg(plan.start(2))}};
+}
+
+MeanWind draw_mean_wind(const Ship& ship, RandomStream stream) {
+  const double speed = FroudeScale(ship).speed * stream.uniform();
+  return {speed, 2.0 * kPi * stream.uniform()};
 }
 
 SimulatedShip berthing_start(const Ship& ship, const BerthingPlan& plan) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dynamics/maneuvers.hpp"
+#include "io/json.hpp"
 
 namespace leeway {
 
@@ -55,6 +56,15 @@ struct BerthingPlan {
 /// Draws a plan. All numbers are our choice, made for a 3 m model and scaled to the ship by Froude's law: lengths with
 /// L_pp, times and speeds with its root. Throws UsageError for a ship without VecTwin rudders or bow thruster.
 BerthingPlan draw_berthing(const Ship& ship, RandomStream stream);
+
+/// Pattern, side of the quay, its heading and the start, with units in the keys.
+io::Json to_json(const BerthingPlan& plan);
+
+/// Mean speed [m/s], up to 1 m/s at 3 m in Froude's scale, and direction [rad] of the wind of a berthing: our choice.
+struct MeanWind {
+  double speed_mps = 0.0, direction = 0.0;
+};
+MeanWind draw_mean_wind(const Ship& ship, RandomStream stream);
 
 /// The ship at the start of a plan, its rudders opened to the angle that holds the speed.
 SimulatedShip berthing_start(const Ship& ship, const BerthingPlan& plan);

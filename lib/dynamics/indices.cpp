@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -356,6 +357,27 @@ Json straight_indices(const Track& track, const Trajectory& trajectory, double L
   return json;
 }
 
+Json berthing_indices(const Track& track, double quay_heading, double L_pp) {
+  const Moment last = track.at(track.end_s());
+  double closest = std::numeric_limits<double>::infinity(), astern = 0.0;
+  for (const double t : track.times()) {
+    closest = std::min(closest, track.at(t).position.norm());
+    astern = std::max(astern, -track.at(t).nu(0));
+  }
+  const double within = 0.25 * L_pp;
+  Json json;
+  json["time_to_quarter_L_s"] =
+      or_null(track.first_rise(track.start_s(), [&](const Moment& m) { return within - m.position.norm(); }));
+  put_length(json, "closest_to_berth", closest, L_pp);
+  put_length(json, "distance_to_berth_at_end", last.position.norm(), L_pp);
+  json["heading_error_at_end_deg"] = rad_to_deg(wrap_angle(last.psi - quay_heading));
+  json["speed_at_end_mps"] = last.speed();
+  json["share_of_time_astern"] =
+      track.mean(track.start_s(), track.end_s(), [](const Moment& m) { return m.nu(0) < 0.0 ? 1.0 : 0.0; });
+  json["most_astern_mps"] = astern;
+  return json;
+}
+
 Json run_indices(const Track& track, const Trajectory& trajectory, double L_pp) {
   Json json;
   const Moment first = track.at(track.start_s()), last = track.at(track.end_s());
@@ -440,6 +462,7 @@ Json maneuver_indices(const Trajectory& trajectory, const Ship& ship, const Mane
   if (facts.maneuver == "crash-stop") indices = crash_stop_indices(track, facts.phases, L_pp);
   if (facts.maneuver == "coast-down") indices = coast_down_indices(track, L_pp);
   if (facts.maneuver == "thruster-pulses") indices = thruster_pulse_indices(track, facts.phases);
+  if (facts.maneuver == "berthing") indices = berthing_indices(track, facts.heading, L_pp);
   if (facts.maneuver == "straight") indices = straight_indices(track, trajectory, L_pp);
   Json json;
   if (!indices.is_null()) {

@@ -22,14 +22,16 @@ io::Json crash_stop_indices(const Track& track, const std::vector<Phase>& phases
 io::Json coast_down_indices(const Track& track, double L_pp);
 io::Json thruster_pulse_indices(const Track& track, const std::vector<Phase>& phases);
 io::Json straight_indices(const Track& track, const Trajectory& trajectory, double L_pp);
+/// The berth is the origin, with the heading of the quay [rad].
+io::Json berthing_indices(const Track& track, double quay_heading, double L_pp);
 
 /// Duration, length of the track, and the extremes of all states and actuators: what every run has.
 io::Json run_indices(const Track& track, const Trajectory& trajectory, double L_pp);
 
 /// What was done, as far as indices and criteria depend on it.
 struct ManeuverFacts {
-  std::string maneuver;  ///< "turning", "zigzag", ...: the subcommand
-  double rudder = 0.0, heading = 0.0;
+  std::string maneuver;                ///< "turning", "zigzag", ...: the subcommand
+  double rudder = 0.0, heading = 0.0;  ///< of a berthing: the heading of the quay
   std::vector<Phase> phases;
   double mean_wind_mps = 0.0;
 };

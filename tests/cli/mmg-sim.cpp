@@ -296,16 +296,25 @@ TEST_CASE("mmg-sim: a dataset holds the other maneuvers and stochastic wind, and
   CHECK_THAT(wind.err, Contains("/sets/0/runs/0/wind/kind"));
 }
 
-TEST_CASE("mmg-sim: berthing follows the seed, has general indices, and refuses a ship that cannot do it", "[cli]") {
+TEST_CASE("mmg-sim: berthing follows the seed, tells how it ended, and refuses a ship that cannot do it", "[cli]") {
   const TemporaryFolder folder;
-  const std::string command = "mmg-sim berthing --ship vectwin-3m --wind stochastic --wind-speed-mps 1 --seed ";
+  const std::string command = "mmg-sim berthing --ship vectwin-3m --seed ";
   const Outcome third = run(folder, command + "3 --indices i.json"), again = run(folder, command + "3"),
                 fourth = run(folder, command + "4");
   CHECK(third.exit_code == 0);
   CHECK(lines(third.out) == 251);  // 450 sqrt(L/g), up to the next sample
   CHECK(third.out == again.out);
   CHECK(third.out != fourth.out);
-  CHECK_THAT(read_text(folder / "i.json"), Contains("\"run\""));
+  const leeway::io::Json json = leeway::io::read_json(folder / "i.json");
+  CHECK(json["conditions"]["wind"]["kind"] == "stochastic");
+  CHECK(json["conditions"]["wind"]["speed_mps"] > 0.0);
+  CHECK(json["conditions"]["plan"]["quay_heading_deg"] > 0.0);
+  CHECK(json["indices"]["distance_to_berth_at_end_over_L"] < 0.5);
+  CHECK(json["indices"]["speed_at_end_mps"] < 0.06);
+  // One word about the wind, and it is as everywhere else.
+  REQUIRE(run(folder, command + "3 --wind-speed-mps 0.5 --indices i.json").exit_code == 0);
+  CHECK(leeway::io::read_json(folder / "i.json")["conditions"]["wind"] ==
+        leeway::io::Json{{"kind", "steady"}, {"speed_mps", 0.5}, {"dir_deg", 0.0}});
   for (const char* ship : {"kvlcc2-l7", "esso-osaka-3m"}) {
     const Outcome refused = run(folder, std::string("mmg-sim berthing --ship ") + ship);
     CHECK(refused.exit_code == 2);
