@@ -159,6 +159,10 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
     if (facts.heading != 0.0 && !is_berthing) conditions["heading_deg"] = rad_to_deg(facts.heading);
     if (is_berthing) conditions["plan"] = to_json(berthing_plan(ship, opt));
     conditions["wind"] = {{"kind", opt.wind}, {"speed_mps", opt.wind_speed_mps}, {"dir_deg", opt.wind_dir_deg}};
+    if (!ship.effects.empty()) {
+      conditions["effects"] = io::Json::array();
+      for (const EffectEntry& effect : ship.effects) conditions["effects"].push_back(effect.type);
+    }
     conditions["dt_s"] = grid.dt_s;
     write_indices(app, opt, ship, every_step, facts, std::move(conditions));
   }

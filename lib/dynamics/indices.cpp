@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/units.hpp"
+#include "effects/registry.hpp"
 
 namespace leeway {
 namespace {
@@ -425,6 +426,11 @@ Json imo_criteria(const Json& indices, const ManeuverFacts& facts, const Ship& s
   if (L < 100.0 * (1.0 - 1e-9))
     return not_applied(fmt::format("the ship is {:.4g} m long, below 100 m, at full scale", L));
   if (facts.mean_wind_mps > 0.0) return not_applied("the tests are made in calm weather");
+  const Effects<double> effects(ship);
+  const bool is_shallow = std::any_of(ship.effects.begin(), ship.effects.end(),
+                                      [](const EffectEntry& effect) { return effect.type == "shallow-water"; });
+  if (effects.moves_water() || effects.blow() || effects.push() || is_shallow)
+    return not_applied("the tests are made in deep, still water and calm weather, without other forces on the ship");
   if (!(V > 0.0)) return not_applied("the ship has no speed ahead at the start");
 
   const double L_over_V = L / V;

@@ -370,3 +370,34 @@ TEST_CASE("mmg-sim: impossible durations of a dataset are refused with their pla
   check("kvlcc2-l7", R"({"maneuver": "berthing", "duration_s": 60})",
         "/sets/0/runs/0/maneuver: berthing needs VecTwin rudders");
 }
+
+TEST_CASE("mmg-sim: effects are listed, added to a run, and refused where they are wrong", "[cli][mmg-sim]") {
+  const TemporaryFolder folder;
+  const Outcome list = run_tool("mmg-sim effects");
+  CHECK(list.exit_code == 0);
+  for (const char* text : {"steady-current (E1)", "current_set_deg", "earth-force (E47)", "formula", "source"})
+    CHECK_THAT(list.out, Contains(text));
+  CHECK_THAT(run_tool("mmg-sim effects tug").out, Contains("force_N") && !Contains("steady-current (E1)"));
+  CHECK(run_tool("mmg-sim effects tugg").exit_code == 2);
+
+  folder.write("none.json",
+               R"([{"type": "tug", "force_N": 0, "direction_deg": 10}, {"type": "shallow-water", "h_over_T": null}])");
+  folder.write("current.json", R"({"type": "steady-current", "current_speed_mps": 0.2, "current_set_deg": 90})");
+  const std::string command = "mmg-sim turning --ship kvlcc2-l7 --duration-s 60 ";
+  const Outcome without = run(folder, command);
+  CHECK(run(folder, command + "--effect none.json").out == without.out);
+  const Outcome with = run(folder, command + "--effect none.json --effect current.json --indices i.json");
+  CHECK(with.exit_code == 0);
+  CHECK(with.out != without.out);
+  const leeway::io::Json json = leeway::io::read_json(folder / "i.json");
+  CHECK(json["conditions"]["effects"].size() == 3);
+  CHECK(json["imo_msc_137_76"]["applies"] == false);
+  CHECK(json["provenance"]["inputs"].size() == 3);
+
+  folder.write("wrong.json", R"([{"type": "wake", "wake_fraction_increase": 0.1}, {"type": "tugg"}])");
+  const Outcome wrong = run(folder, command + "--effect wrong.json");
+  CHECK(wrong.exit_code == 3);
+  CHECK(wrong.out.empty());
+  CHECK_THAT(wrong.err, Contains("wrong.json: /1/type: unknown effect 'tugg'"));
+  CHECK(run(folder, command + "--effect nowhere.json").exit_code == 4);
+}
