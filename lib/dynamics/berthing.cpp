@@ -156,8 +156,9 @@ class Berthing : public Maneuver {
     const Vec2<double> gap = gap_in(pose(2), leg.pose, pose);
     const double turn = wrap_angle(leg.pose(2) - pose(2)), position_s = 30.0 * scale_.time;
     Intention intention;
-    // He creeps ahead rather than gather sternway, as long as there is room.
-    const double least = (gap(0) > -0.2 * L_ ? 0.008 : -0.01) * scale_.speed;
+    // He creeps ahead rather than gather sternway, the slower the less room is left.
+    const double room = std::min(1.0, 1.0 + gap(0) / (0.3 * L_));
+    const double least = std::max(-0.02, 0.01 * room) * scale_.speed;
     intention.nu(0) = std::clamp(gap(0) / position_s, least, 0.06 * scale_.speed);
     intention.nu(1) = std::clamp(gap(1) / position_s, -leg.speed_mps, leg.speed_mps);
     if (std::abs(turn) > 25.0 * kDegree) intention.nu(1) = 0.0;
