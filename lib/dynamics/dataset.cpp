@@ -244,12 +244,16 @@ DatasetSpec read_dataset_spec(const std::string& name_or_path) {
     }
   }
   std::set<std::string> names, set_names;
-  for (const JsonObject& set : json.objects("sets")) {
+  const std::vector<JsonObject> sets = json.objects("sets");
+  if (sets.empty()) json.fail("sets", "expected at least one set");
+  for (const JsonObject& set : sets) {
     DatasetSpec::Set& result = spec.sets.emplace_back();
     result.name = set.text("name");
     const std::string prefix = prefix_of(set, result.name);
     if (!set_names.insert(result.name).second) set.fail("name", fmt::format("'{}' stands twice", result.name));
-    for (const JsonObject& runs : set.objects("runs")) read_runs(runs, prefix, spec.ship, spec.grid, result);
+    const std::vector<JsonObject> entries = set.objects("runs");
+    if (entries.empty()) set.fail("runs", "expected at least one entry");
+    for (const JsonObject& runs : entries) read_runs(runs, prefix, spec.ship, spec.grid, result);
     for (const RunSpec& run : result.runs)
       if (!names.insert(run.name).second)
         set.fail("runs", fmt::format("two recordings would be called '{}'", run.name));

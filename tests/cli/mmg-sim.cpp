@@ -365,6 +365,7 @@ TEST_CASE("mmg-sim: impossible durations of a dataset are refused with their pla
   check("vectwin-3m", R"({"maneuver": "berthing", "total_duration_s": -3})",
         "/sets/0/runs/0/total_duration_s: expected a number > 0");
   check("vectwin-3m", R"({"maneuver": "berthing"})", "/sets/0/runs/0/duration_s: ");
+  check("vectwin-3m", "", "/sets/0/runs: expected at least one entry");
   check("vectwin-3m", R"({"maneuver": "berthing", "duration_s": 60, "u0_mps": 0.3})",
         "/sets/0/runs/0/u0_mps: a berthing draws its own speed");
   check("kvlcc2-l7", R"({"maneuver": "berthing", "duration_s": 60})",
