@@ -350,6 +350,9 @@ Ship read_ship(const std::string& name_or_path) {
       json.fail("actuators", fmt::format("no force module reads '{}'", info(actuator.channel).name));
   if (json.has("effects"))
     for (const JsonObject& effect : json.objects("effects")) ship.effects.push_back(read_effect(effect));
+  if (const auto uncertainty = json.object_if("uncertainty"))
+    for (const std::string& name : uncertainty->keys())
+      ship.uncertainty.push_back({name, uncertainty->number(name, {1e-4, 3.0})});
   const auto* propeller = std::get_if<StandardPropellerCoefficients<double>>(&ship.propeller);
   if (propeller != nullptr && !propeller->is_reversible && ship.find_actuator(Channel::n_p)->min < 0.0)
     json.fail("propeller", "turns astern by its actuator's limits, but has no object 'reversed'");

@@ -35,6 +35,12 @@ struct Ship {
   std::optional<WindCoefficients> wind;
   std::vector<Actuator> actuators;  ///< every channel that a module reads, each once
   std::vector<EffectEntry> effects;
+  /// How well a coefficient is known: standard deviation of its natural logarithm; gap/uncertainty.hpp knows the names.
+  struct Uncertainty {
+    std::string name;
+    double log_sd = 0.0;
+  };
+  std::vector<Uncertainty> uncertainty;
   double u0_mps = 0.0;              ///< surge at which maneuvers start unless told otherwise
   double random_interval_s = 0.0;   ///< time between random orders
   std::vector<PartSource> sources;  ///< of particulars, inertia, each module and the actuators, in this order

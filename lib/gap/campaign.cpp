@@ -1,0 +1,177 @@
+#include "gap/campaign.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+
+namespace leeway::gap {
+namespace {
+
+constexpr std::size_t kFewestPoints = 20;  // of a stretch: about two correlation times of the model error
+
+double median_interval(const std::vector<double>& t) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
+  if (steps.empty()) return 0.0;
+  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
+  return steps[steps.size() / 2];
+}
+
+bool same_contents(const Trajectory& a, const Trajectory& b) {
+  const auto same = [](const std::vector<double>& x, const std::vector<double>& y) {
+    return std::equal(x.begin(), x.end(), y.begin(), y.end(),
+                      [](double p, double q) { return p == q || (std::isnan(p) && std::isnan(q)); });
+  };
+  for (std::size_t c = 0; c < kChannelCount; ++c)
+    if (!same(a.columns[c], b.columns[c])) return false;
+  return true;
+}
+
+struct Point {
+  double t_s;
+  Vec6 measured;
+  bool is_measured() const { return !measured.array().isNaN().all(); }
+};
+
+// Means over bins of `bin_s`; every sample is a bin of its own where bin_s is 0.
+std::vector<Point> binned(const Trajectory& recording, std::size_t first, double bin_s) {
+  const std::vector<double>& t = recording[Channel::t];
+  std::vector<Point> points;
+  for (std::size_t i = first; i < t.size();) {
+    const double bin = bin_s > 0.0 ? std::floor((t[i] - t[first]) / bin_s + 1e-6) : 0.0;
+    std::size_t end = i + 1;
+    while (bin_s > 0.0 && end < t.size() && std::floor((t[end] - t[first]) / bin_s + 1e-6) == bin) ++end;
+    const auto n = static_cast<double>(end - i);
+    Point point{0.0, Vec6::Constant(kMissing)};
+    for (std::size_t k = i; k < end; ++k) point.t_s += t[k] / n;
+    for (std::size_t c = 0; c < kMeasured.size(); ++c) {
+      const std::vector<double>& values = recording[kMeasured[c]];
+      if (values.empty()) continue;
+      double sum = 0.0, known = 0.0;
+      for (std::size_t k = i; k < end; ++k)
+        if (std::isfinite(values[k])) sum += values[k], known += 1.0;
+      if (known == n) point.measured[static_cast<Eigen::Index>(c)] = sum / known;
+    }
+    points.push_back(point);
+    i = end;
+  }
+  return points;
+}
+
+}  // namespace
+
+std::size_t Campaign::points() const {
+  std::size_t n = 0;
+  for (const Stretch& stretch : stretches) n += stretch.size();
+  return n;
+}
+
+Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options) {
+  Campaign campaign;
+  campaign.ship = ship;
+  const double time_unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
+  const double gap_s = options.gap_s > 0.0 ? options.gap_s : 30.0 * campaign.time_scale();
+
+  for (std::size_t a = 0; a < recordings.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      if (same_contents(recordings[a], recordings[b]))
+        throw InputError(recordings[a].file,
+                         fmt::format("holds the same as {}; a recording counts once", recordings[b].file));
+
+  std::vector<double> steps;
+  for (std::size_t index = 0; index < recordings.size(); ++index) {
+    const Trajectory& recording = recordings[index];
+    campaign.recorded_inputs.emplace_back(recording, ship, InputInterpolation::linear);
+    const RecordedInputs& inputs = campaign.recorded_inputs.back();
+    for (const std::string& notice : inputs.notices()) campaign.notices.push_back(notice);
+    if (ship.wind && inputs.has_wind() && !recording.has(Channel::psi))
+      throw InputError(recording.file, 1, "", "no column 'psi_deg', which the recorded wind needs");
+    campaign.has_wind |= inputs.has_wind();
+    for (const Channel channel : kMeasured)
+      if (recording.has(channel) &&
+          std::none_of(recording[channel].begin(), recording[channel].end(), [](double x) { return std::isfinite(x); }))
+        campaign.notices.push_back(
+            fmt::format("{}: '{}' has no value at all and is left out", recording.file, column_name(channel)));
+    campaign.has_position |= recording.has(Channel::x0) && recording.has(Channel::y0);
+    campaign.has_heading |= recording.has(Channel::psi);
+    if (!inputs.first_known() || recording.size() < 2) {
+      campaign.notices.push_back(
+          fmt::format("{}: no sample at which all actuators are known; left out", recording.file));
+      continue;
+    }
+
+    const double sample_s = median_interval(recording[Channel::t]);
+    const double target_s = options.step_s > 0.0 ? options.step_s : 2.0 * time_unit_s;
+    const bool is_thinned = sample_s < 0.75 * target_s;
+    const double bin_s = is_thinned ? std::round(target_s / sample_s) * sample_s : 0.0;
+    const double step_s = is_thinned ? bin_s : sample_s;
+    if (is_thinned && bin_s > 1.5 * sample_s)
+      campaign.notices.push_back(
+          fmt::format("{}: sampled every {:.3g} s, thinned to means over {:.3g} s", recording.file, sample_s, bin_s));
+    steps.push_back(step_s);
+
+    // Stretches end at holes; short holes are bridged by points without measurements.
+    std::vector<std::vector<Point>> parts;
+    double last_measured_s = -1e300;
+    for (const Point& point : binned(recording, *inputs.first_known(), bin_s)) {
+      if (!point.is_measured()) continue;
+      if (point.t_s - last_measured_s > std::max(gap_s, 1.6 * step_s)) parts.emplace_back();
+      std::vector<Point>& part = parts.back();
+      if (!part.empty()) {
+        const double from_s = part.back().t_s, hole_s = point.t_s - from_s;
+        const auto n = static_cast<int>(std::lround(hole_s / step_s));
+        for (int k = 1; k < n && hole_s > 1.6 * step_s; ++k)
+          part.push_back({from_s + hole_s * k / n, Vec6::Constant(kMissing)});
+      }
+      part.push_back(point);
+      last_measured_s = point.t_s;
+    }
+    double left_out_s = 0.0;
+    std::size_t kept = 0;
+    for (const std::vector<Point>& part : parts) {
+      if (part.size() < kFewestPoints) {
+        left_out_s += part.back().t_s - part.front().t_s;
+        continue;
+      }
+      ++kept;
+      Stretch stretch;
+      stretch.recording = index;
+      for (const Point& point : part) {
+        stretch.t_s.push_back(point.t_s);
+        stretch.measured.push_back(point.measured);
+      }
+      double wind_speed = 0.0;
+      for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
+        const auto substeps = static_cast<std::size_t>(std::ceil(stretch.dt_s(k) / time_unit_s - 1e-9));
+        const double h = stretch.dt_s(k) / static_cast<double>(substeps);
+        std::vector<StepInputs<double>>& step = stretch.inputs.emplace_back();
+        for (std::size_t i = 0; i < substeps; ++i)
+          step.push_back(inputs.step(stretch.t_s[k] + static_cast<double>(i) * h, h));
+        wind_speed += step.front().start.true_wind.norm();
+      }
+      stretch.wind_speed_mps = wind_speed / static_cast<double>(stretch.size() - 1);
+      campaign.stretches.push_back(std::move(stretch));
+    }
+    if (left_out_s > 0.0 || kept == 0)
+      campaign.notices.push_back(
+          kept == 0 ? fmt::format("{}: shorter than the {:.3g} s that a window needs; left out", recording.file,
+                                  static_cast<double>(kFewestPoints) * step_s)
+                    : fmt::format("{}: {:.3g} s lie in pieces shorter than {:.3g} s between gaps and are left out",
+                                  recording.file, left_out_s, static_cast<double>(kFewestPoints) * step_s));
+  }
+  if (campaign.stretches.empty()) {
+    const std::string why = campaign.notices.empty() ? "" : " (" + campaign.notices.back() + ")";
+    throw InputError(recordings.front().file, "no recording is long enough" + why);
+  }
+  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
+  campaign.step_s = steps[steps.size() / 2];
+  campaign.recordings = std::move(recordings);
+  return campaign;
+}
+
+}  // namespace leeway::gap

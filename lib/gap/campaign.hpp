@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/replay.hpp"
+#include "dynamics/simulation.hpp"
+
+namespace leeway::gap {
+
+using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< (x0, y0 [m], psi [rad], u, v_m [m/s], r [rad/s])
+
+/// The measured channels in the order of Vec6.
+inline constexpr std::array<Channel, 6> kMeasured{Channel::x0, Channel::y0, Channel::psi,
+                                                  Channel::u,  Channel::vm, Channel::r};
+
+/// A part of a recording without a long gap, on the filter's time grid.
+struct Stretch {
+  std::size_t recording = 0;
+  std::vector<double> t_s;
+  std::vector<Vec6> measured;                           ///< at t_s; NaN where missing
+  std::vector<std::vector<StepInputs<double>>> inputs;  ///< from t_s[k] to t_s[k+1], in substeps of equal length
+  double wind_speed_mps = 0.0;                          ///< mean of the recorded true wind; 0: no wind is recorded
+
+  std::size_t size() const { return t_s.size(); }
+  double dt_s(std::size_t k) const { return t_s[k + 1] - t_s[k]; }
+};
+
+/// The recordings as the filter sees them.
+struct Campaign {
+  Ship ship;
+  std::vector<Trajectory> recordings;
+  std::vector<RecordedInputs> recorded_inputs;  ///< one per recording
+  std::vector<Stretch> stretches;
+  double step_s = 0.0;  ///< typical time step of the grid
+  bool has_position = false, has_heading = false, has_wind = false;
+  std::vector<std::string> notices;
+
+  std::size_t points() const;
+  /// sqrt(L/g) by that of a 3 m ship: times scale with it.
+  double time_scale() const { return std::sqrt(ship.particulars.L_pp / 3.0); }
+};
+
+struct CampaignOptions {
+  double step_s = 0.0;  ///< of the grid; 0: 2 sqrt(L/g), at least the recordings' own
+  double gap_s = 0.0;   ///< a longer hole ends a stretch; 0: 30 s at 3 m, scaled by sqrt(L)
+};
+
+/// Puts recordings on the filter's grid. Fast recordings are thinned: a point is the mean of the samples in its time
+/// bin, at their mean time, so that nothing is interpolated; a missing sample stays missing. Actuators and wind are
+/// linear between their samples. Throws InputError for a recording that lacks a column the ship needs, for two
+/// recordings with the same contents, and if nothing is long enough.
+Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options);
+
+}  // namespace leeway::gap

@@ -1,0 +1,206 @@
+#include "gap/state_space.hpp"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <ceres/jet.h>
+
+#include "core/units.hpp"
+
+namespace leeway::gap {
+namespace {
+
+constexpr int kDirections = 16;
+using Dual = ceres::Jet<double, kDirections>;
+
+// Variance that keeps what is not excited (no wind, no position) invertible, far below what matters.
+constexpr double kTiny = 1e-14;
+
+Vec6 initial_sd(const Ship& ship) {
+  const double L = ship.particulars.L_pp, V = std::sqrt(kGravity_mps2 * L);
+  return (Vec6() << 0.1 * L, 0.1 * L, 0.2, 0.05 * V, 0.05 * V, 0.2 * V / L).finished();
+}
+
+}  // namespace
+
+std::vector<StateVector> measured_path(const Stretch& stretch) {
+  const std::size_t n = stretch.size();
+  std::vector<StateVector> path(n, StateVector::Zero());
+  for (int i = 0; i < kShipStates; ++i) {
+    std::vector<std::size_t> known;
+    for (std::size_t k = 0; k < n; ++k)
+      if (!std::isnan(stretch.measured[k][i])) known.push_back(k);
+    if (known.empty()) continue;
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      while (next < known.size() && known[next] < k) ++next;
+      const std::size_t b = known[std::min(next, known.size() - 1)], a = known[next > 0 ? next - 1 : 0];
+      const double weight =
+          b > a && k < b ? (stretch.t_s[k] - stretch.t_s[a]) / (stretch.t_s[b] - stretch.t_s[a]) : 1.0;
+      path[k][i] = stretch.measured[a][i] + weight * (stretch.measured[b][i] - stretch.measured[a][i]);
+    }
+  }
+  bool has_heading = false;
+  for (const Vec6& y : stretch.measured) has_heading |= !std::isnan(y[2]);
+  for (std::size_t k = 1; k < n && !has_heading; ++k)
+    path[k][2] = path[k - 1][2] + stretch.dt_s(k - 1) * path[k - 1][5];
+  return path;
+}
+
+LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,
+                        const Eigen::VectorXd& theta) {
+  LinearStretch result;
+  result.data = &stretch;
+  result.path = std::move(path);
+  result.steps.resize(stretch.size() - 1);
+  result.initial_sd = initial_sd(ship);
+  const Eigen::Index p = theta.size(), passes = (kStates + p + kDirections - 1) / kDirections;
+  for (LinearStep& step : result.steps) step.G.resize(kShipStates, p);
+  for (Eigen::Index pass = 0; pass < passes; ++pass) {
+    const Eigen::Index first = pass * kDirections;  // among (x, theta)
+    Eigen::Matrix<Dual, Eigen::Dynamic, 1> dual_theta = theta.cast<Dual>();
+    for (Eigen::Index j = 0; j < p; ++j)
+      if (const Eigen::Index d = kStates + j - first; d >= 0 && d < kDirections) dual_theta[j].v[d] = 1.0;
+    Model<Dual> model(ship);
+    apply_uncertainty(model, dual_theta);
+    for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
+      Eigen::Matrix<Dual, kStates, 1> x = result.path[k].cast<Dual>();
+      for (Eigen::Index j = 0; j < kStates; ++j)
+        if (const Eigen::Index d = j - first; d >= 0 && d < kDirections) x[j].v[d] = 1.0;
+      const Eigen::Matrix<Dual, kShipStates, 1> y =
+          advance<Dual>(model, x, stretch.inputs[k], stretch.dt_s(k) / static_cast<double>(stretch.inputs[k].size()));
+      LinearStep& step = result.steps[k];
+      for (int i = 0; i < kShipStates; ++i) {
+        step.offset[i] = y[i].a - result.path[k + 1][i];
+        for (Eigen::Index d = 0; d < kDirections && first + d < kStates + p; ++d)
+          if (first + d < kStates)
+            step.A(i, first + d) = y[i].v[d];
+          else
+            step.G(i, first + d - kStates) = y[i].v[d];
+      }
+    }
+  }
+  return result;
+}
+
+Evidence& Evidence::operator+=(const Evidence& other) {
+  log_likelihood += other.log_likelihood;
+  b += other.b;
+  F += other.F;
+  measurements += other.measurements;
+  return *this;
+}
+
+Filter::Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index count)
+    : mean(StateVector::Zero()),
+      covariance(StateMatrix::Zero()),
+      columns(Columns::Zero(kStates, count)),
+      stretch_(stretch),
+      noise_(noise),
+      wind_sd_(noise.wind_share * stretch.data->wind_speed_mps),
+      row_(count) {
+  const StateVector& x = stretch.path.front();
+  mean.tail<kStates - kErrorStart>() = -x.tail<kStates - kErrorStart>();
+  covariance.diagonal().head<kShipStates>() = stretch.initial_sd.array().square();
+  covariance.diagonal().segment<3>(kErrorStart) = noise.sigma_w.array().square();
+  covariance.diagonal().tail<2>().setConstant(wind_sd_ * wind_sd_);
+}
+
+StateMatrix Filter::transition(std::size_t k) const {
+  const double dt = stretch_.data->dt_s(k);
+  StateMatrix A = StateMatrix::Zero();
+  A.topRows<kShipStates>() = stretch_.steps[k].A;
+  A.diagonal().segment<3>(kErrorStart).setConstant(std::exp(-dt / noise_.tau_s));
+  A.diagonal().tail<2>().setConstant(std::exp(-dt / noise_.wind_tau_s));
+  return A;
+}
+
+void Filter::predict(std::size_t k) {
+  const StateMatrix A = transition(k);
+  StateVector offset;
+  offset.head<kShipStates>() = stretch_.steps[k].offset;
+  for (int i = kErrorStart; i < kStates; ++i) offset[i] = A(i, i) * stretch_.path[k][i] - stretch_.path[k + 1][i];
+  mean = A * mean + offset;
+  covariance = A * covariance * A.transpose();
+  for (int i = 0; i < 3; ++i)
+    covariance(kErrorStart + i, kErrorStart + i) +=
+        noise_.sigma_w[i] * noise_.sigma_w[i] *
+        (1.0 - A(kErrorStart + i, kErrorStart + i) * A(kErrorStart + i, kErrorStart + i));
+  for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
+  covariance.diagonal().array() += kTiny;
+  if (columns.cols() > 0) columns = A * columns;
+}
+
+Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count, const MoreColumns& more) {
+  const Eigen::Index p = stretch.steps.front().G.cols(), columns = p + count;
+  Evidence result(columns);
+  Filter filter(stretch, noise, columns);
+  // Rows are gathered, so that F grows by matrix products.
+  constexpr Eigen::Index kRows = 96;
+  Eigen::MatrixXd rows(kRows, columns);
+  Eigen::VectorXd innovations(kRows);
+  Eigen::Index filled = 0;
+  const auto flush = [&] {
+    result.F.selfadjointView<Eigen::Lower>().rankUpdate(rows.topRows(filled).transpose());
+    result.b.noalias() += rows.topRows(filled).transpose() * innovations.head(filled);
+    filled = 0;
+  };
+  Eigen::MatrixXd addition(kShipStates, count);
+  const std::size_t n = stretch.path.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    if (k > 0) {
+      filter.predict(k - 1);
+      filter.columns.topLeftCorner(kShipStates, p) += stretch.steps[k - 1].G;
+      if (count > 0) {
+        more(k - 1, addition);
+        filter.columns.topRightCorner(kShipStates, count) += addition;
+      }
+    }
+    filter.update(k, [&](int, double z, const Eigen::RowVectorXd& row, double S) {
+      result.log_likelihood -= 0.5 * (z * z + std::log(2.0 * kPi * S));
+      ++result.measurements;
+      rows.row(filled) = row;
+      innovations[filled] = z;
+      if (++filled == kRows) flush();
+    });
+  }
+  flush();
+  result.F.triangularView<Eigen::StrictlyUpper>() = result.F.transpose();
+  return result;
+}
+
+Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::VectorXd& dtheta) {
+  const std::size_t n = stretch.path.size();
+  Smoothed result;
+  result.state.resize(n);
+  result.covariance.resize(n);
+  result.innovations.assign(n, Vec6::Constant(kMissing));
+  std::vector<StateVector> predicted(n), filtered(n);
+  std::vector<StateMatrix> predicted_covariance(n), filtered_covariance(n);
+  Filter filter(stretch, noise, 0);
+  for (std::size_t k = 0; k < n; ++k) {
+    if (k > 0) {
+      filter.predict(k - 1);
+      filter.mean.head<kShipStates>() += stretch.steps[k - 1].G * dtheta;
+    }
+    predicted[k] = filter.mean;
+    predicted_covariance[k] = filter.covariance;
+    filter.update(k, [&](int i, double z, const Eigen::RowVectorXd&, double) { result.innovations[k][i] = z; });
+    filtered[k] = filter.mean;
+    filtered_covariance[k] = filter.covariance;
+  }
+  // Rauch, Tung & Striebel (1965).
+  result.state[n - 1] = filtered[n - 1];
+  result.covariance[n - 1] = filtered_covariance[n - 1];
+  for (std::size_t k = n - 1; k-- > 0;) {
+    const StateMatrix A = filter.transition(k);
+    const StateMatrix C = predicted_covariance[k + 1].ldlt().solve(A * filtered_covariance[k]).transpose();
+    result.state[k] = filtered[k] + C * (result.state[k + 1] - predicted[k + 1]);
+    result.covariance[k] =
+        filtered_covariance[k] + C * (result.covariance[k + 1] - predicted_covariance[k + 1]) * C.transpose();
+  }
+  for (std::size_t k = 0; k < n; ++k) result.state[k] += stretch.path[k];
+  return result;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,144 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "gap/campaign.hpp"
+#include "gap/uncertainty.hpp"
+
+/// The simulator with model error, as a state-space model that is linear around a path:
+///   x = (eta, nu, w, e): pose, velocity, error of the acceleration, error of the recorded true wind;
+///   (eta, nu)(k+1) = simulator's step from (eta, nu)(k) with the accelerations w(k) added and the wind e(k);
+///   w and e are first-order Gauss-Markov (Ornstein-Uhlenbeck) processes, held over a step.
+/// Measured are eta and nu with white noise. Around a path and parameters theta,
+///   dx(k+1) = offset + A dx(k) + G dtheta + noise.
+/// Forces would be the wrong place for the error: a lighter ship would make it cheaper (docs/gap-locate.md).
+namespace leeway::gap {
+
+inline constexpr int kStates = 11, kShipStates = 6, kErrorStart = 6, kWindStart = 9;
+using StateVector = Eigen::Matrix<double, kStates, 1>;
+using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
+
+/// One step of the simulator over a grid interval.
+///   x       (x0, y0, psi, u, v_m, r, w_u, w_v, w_r, e_x, e_y): see above; e as a from-vector in earth axes [m/s]
+///   inputs  what acts, in substeps of h_s
+/// Returns (eta, nu) at its end. w acts as half a kick before and after each substep.
+template <typename T>
+Eigen::Matrix<T, kShipStates, 1> advance(const Model<T>& model, const Eigen::Matrix<T, kStates, 1>& x,
+                                         const std::vector<StepInputs<double>>& inputs, double h_s) {
+  ShipState<T> state{x.template segment<3>(0), x.template segment<3>(3)};
+  const Vec3<T> kick = 0.5 * h_s * x.template segment<3>(kErrorStart);
+  const Vec2<T> wind_error = x.template segment<2>(kWindStart);
+  const auto with_error = [&](const Inputs<double>& in) {
+    return Inputs<T>{in.actuators.template cast<T>(), Vec2<T>(in.true_wind.template cast<T>() + wind_error), in.t_s};
+  };
+  for (const StepInputs<double>& in : inputs) {
+    state.nu += kick;
+    state =
+        integrate(model, state, StepInputs<T>{with_error(in.start), with_error(in.middle), with_error(in.end)}, h_s);
+    state.nu += kick;
+  }
+  Eigen::Matrix<T, kShipStates, 1> result;
+  result << state.eta, state.nu;
+  return result;
+}
+
+struct LinearStep {
+  Vec6 offset;                                           ///< simulator's step from the path, less the path's next point
+  Eigen::Matrix<double, kShipStates, kStates> A;         ///< by x(k)
+  Eigen::Matrix<double, kShipStates, Eigen::Dynamic> G;  ///< by theta
+};
+
+/// A stretch with the model linearized along a path.
+struct LinearStretch {
+  const Stretch* data = nullptr;
+  std::vector<StateVector> path;  ///< one per point
+  std::vector<LinearStep> steps;  ///< one less
+  Vec6 initial_sd;                ///< of the first point around the path: wide
+};
+
+/// The measurements as a path to start from: holes are bridged linearly and what is not recorded is zero (the heading:
+/// the integral of the yaw rate), without error states.
+std::vector<StateVector> measured_path(const Stretch& stretch);
+
+/// Derivatives by automatic differentiation through the Runge-Kutta steps.
+LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,
+                        const Eigen::VectorXd& theta);
+
+/// Levels of the noise.
+struct Noise {
+  Vec3<double> sigma_w;      ///< of the acceleration error [m/s^2, m/s^2, rad/s^2]
+  double tau_s = 0.0;        ///< its correlation time
+  Vec6 measurement_sd;       ///< of one point of the grid
+  double wind_share = 0.12;  ///< sd of each component of the wind's error, by the mean wind speed of the stretch
+  double wind_tau_s = 0.0;
+};
+
+/// What the measurements say about columns c_j, each an addition beta_j c_j(k) to the six ship states of every step:
+/// innovations are white under the model, so that ln p(y | beta) = log_likelihood + b' beta - beta' F beta/2.
+struct Evidence {
+  double log_likelihood = 0.0;
+  Eigen::VectorXd b;
+  Eigen::MatrixXd F;
+  std::size_t measurements = 0;
+
+  explicit Evidence(Eigen::Index columns = 0)
+      : b(Eigen::VectorXd::Zero(columns)), F(Eigen::MatrixXd::Zero(columns, columns)) {}
+  Evidence& operator+=(const Evidence& other);
+};
+
+/// The Kalman filter along a stretch, step by step; white innovations come out one by one.
+class Filter {
+ public:
+  using Columns = Eigen::Matrix<double, kStates, Eigen::Dynamic>;
+
+  Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index columns);
+
+  /// Goes from point k to k+1; the caller then adds its columns to the top six rows of `columns`.
+  void predict(std::size_t k);
+  /// Takes the measurements of point k one by one: innovation(channel, z, row), z with variance 1, row = dz/dbeta with
+  /// the sign that makes b = sum z row.
+  template <typename Innovation>
+  void update(std::size_t k, const Innovation& innovation) {
+    for (int i = 0; i < kShipStates; ++i) {
+      const double y = stretch_.data->measured[k][i];
+      if (std::isnan(y)) continue;
+      const double S = covariance(i, i) + noise_.measurement_sd[i] * noise_.measurement_sd[i];
+      const double per_root = 1.0 / std::sqrt(S);
+      const double e = y - stretch_.path[k][i] - mean[i];
+      row_ = columns.row(i) * per_root;
+      innovation(i, e * per_root, row_, S);
+      const StateVector K = covariance.col(i) / S;
+      mean += K * e;
+      columns.noalias() -= K * (row_ / per_root);
+      covariance.noalias() -= K * (K * S).transpose();
+    }
+  }
+
+  StateVector mean;  ///< of dx, given what was taken so far
+  StateMatrix covariance;
+  Columns columns;  ///< d mean/d beta
+  StateMatrix transition(std::size_t k) const;
+
+ private:
+  const LinearStretch& stretch_;
+  const Noise& noise_;
+  double wind_sd_;
+  Eigen::RowVectorXd row_;
+};
+
+/// Evidence about the parameters theta (columns G), and about more columns: `more(k, out)` writes the additions of step
+/// k into the 6 x count matrix `out`.
+using MoreColumns = std::function<void(std::size_t k, Eigen::Ref<Eigen::MatrixXd> out)>;
+Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count = 0,
+                  const MoreColumns& more = nullptr);
+
+/// Smoothed states (path + dx) and their covariances, with theta moved by dtheta; innovations if asked for.
+struct Smoothed {
+  std::vector<StateVector> state;
+  std::vector<StateMatrix> covariance;
+  std::vector<Vec6> innovations;  ///< white, NaN where nothing was measured
+};
+Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::VectorXd& dtheta);
+
+}  // namespace leeway::gap

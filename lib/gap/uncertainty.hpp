@@ -1,0 +1,133 @@
+#pragma once
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "dynamics/model.hpp"
+
+namespace leeway::gap {
+
+/// A coefficient, or a group of them, that is known up to a factor exp(theta), theta ~ N(0, log_sd^2).
+struct UncertainParameter {
+  std::string name;  ///< "hull.Y_v", "propeller.K_T", "wind.k_Y", ...
+  double log_sd = 0.0;
+};
+
+/// Calls visit(name, log_sd, scale) for each uncertain parameter of a model, always in the same order; scale(k)
+/// multiplies it by k. The log_sd are those of docs/gap-locate.md for a model with empirical or regressed coefficients.
+template <typename T, typename Visit>
+void for_each_uncertain(Model<T>& model, const Visit& visit) {
+  const auto one = [&](const char* name, double log_sd, T& coefficient) {
+    visit(name, log_sd, [&coefficient](const T& k) { coefficient *= k; });
+  };
+  one("inertia.m_x", 0.3, model.inertia.m_x);
+  one("inertia.m_y", 0.15, model.inertia.m_y);
+  one("inertia.I_z", 0.15, model.inertia.I_z);
+
+  std::visit(
+      [&](auto& hull) {
+        visit("hull.resistance", 0.10, [&](const T& k) { hull.scale_resistance(k); });
+        one("hull.X_vr", 0.3, hull.c.X_vr);
+        one("hull.Y_v", 0.15, hull.c.Y_v);
+        one("hull.Y_r", 0.25, hull.c.Y_r);
+        one("hull.N_v", 0.15, hull.c.N_v);
+        one("hull.N_r", 0.15, hull.c.N_r);
+        if constexpr (requires { hull.c.C_D; }) {
+          one("hull.C_D", 0.2, hull.c.C_D);
+          one("hull.C_rY", 0.2, hull.c.C_rY);
+          one("hull.C_rN", 0.2, hull.c.C_rN);
+        } else {
+          one("hull.X_vv", 0.3, hull.c.X_vv);
+          one("hull.X_rr", 0.3, hull.c.X_rr);
+          one("hull.X_vvvv", 0.3, hull.c.X_vvvv);
+          one("hull.Y_vvv", 0.2, hull.c.Y_vvv);
+          one("hull.Y_vvr", 0.2, hull.c.Y_vvr);
+          one("hull.Y_vrr", 0.2, hull.c.Y_vrr);
+          one("hull.Y_rrr", 0.2, hull.c.Y_rrr);
+          one("hull.N_vvv", 0.2, hull.c.N_vvv);
+          one("hull.N_vvr", 0.2, hull.c.N_vvr);
+          one("hull.N_vrr", 0.2, hull.c.N_vrr);
+          one("hull.N_rrr", 0.2, hull.c.N_rrr);
+        }
+      },
+      model.modules.hull);
+
+  std::visit(
+      [&](auto& propeller) {
+        auto& c = propeller.c;
+        visit("propeller.K_T", 0.05, [&](const T& k) { propeller.scale_thrust(k); });
+        // (1 - w_P) and (1 - t_P) on a straight run; the slope of K_T over J on top of its level.
+        if constexpr (requires { c.w_P0; })
+          visit("propeller.1-w_P", 0.05, [&](const T& k) { c.w_P0 = 1.0 - k * (1.0 - c.w_P0); });
+        else if constexpr (requires { c.w_P; })
+          visit("propeller.1-w_P", 0.05, [&](const T& k) { c.w_P[0] = 1.0 - k * (1.0 - c.w_P[0]); });
+        else
+          visit("propeller.1-w_P", 0.05, [&](const T& k) {
+            for (T& a : c.a) a *= k;
+          });
+        if constexpr (requires { c.t_P; })
+          visit("propeller.1-t_P", 0.05, [&](const T& k) { c.t_P = 1.0 - k * (1.0 - c.t_P); });
+        else
+          visit("propeller.1-t_P", 0.05, [&](const T& k) {
+            for (T& coefficient : c.c) coefficient *= k;
+          });
+        if constexpr (requires { c.K_T_ahead; })
+          one("propeller.K_T_slope", 0.10, c.K_T_ahead[1]);
+        else
+          one("propeller.K_T_slope", 0.10, c.K_T[1]);
+      },
+      model.modules.propeller);
+
+  std::visit(
+      [&](auto& rudder) {
+        if constexpr (requires { rudder.k_port; }) {
+          one("rudder.gain_port", 0.10, rudder.k_port);
+          one("rudder.gain_starboard", 0.10, rudder.k_starboard);
+        } else {
+          one("rudder.gain", 0.10, rudder.c.f_alpha);
+          one("rudder.a_H", 0.2, rudder.c.a_H);
+          one("rudder.l_R", 0.15, rudder.c.l_R);
+          if constexpr (requires { rudder.c.kappa; })
+            one("rudder.kappa", 0.10, rudder.c.kappa);
+          else
+            one("rudder.k_x", 0.10, rudder.c.k_x);
+        }
+        visit("rudder.gamma_R", 0.2, [&](const T& k) { rudder.scale_flow_straightening(k); });
+      },
+      model.modules.rudder);
+
+  for (ThrusterModule<T>& thruster : model.modules.thrusters)
+    std::visit(
+        [&](auto& t) {
+          visit(t.c.channel == Channel::n_bt ? "thruster.K_T_bow" : "thruster.K_T_stern", 0.10, [&](const T& k) {
+            t.c.K_T_positive *= k;
+            t.c.K_T_negative *= k;
+          });
+        },
+        thruster);
+  if (model.modules.wind)
+    std::visit(
+        [&](auto& wind) {
+          visit("wind.k_X", 0.2, [&](const T& k) { wind.scale(k, T(1.0), T(1.0)); });
+          visit("wind.k_Y", 0.15, [&](const T& k) { wind.scale(T(1.0), k, T(1.0)); });
+          visit("wind.k_N", 0.3, [&](const T& k) { wind.scale(T(1.0), T(1.0), k); });
+        },
+        *model.modules.wind);
+}
+
+/// The uncertain parameters of a ship: for_each_uncertain() with what its JSON's "uncertainty" says in place of the
+/// defaults. Throws InputError for a name that the ship does not have.
+std::vector<UncertainParameter> uncertain_parameters(const Ship& ship);
+
+/// Multiplies the parameters of a model by exp(theta), in the order of uncertain_parameters().
+template <typename T, typename Theta>
+void apply_uncertainty(Model<T>& model, const Theta& theta) {
+  Eigen::Index i = 0;
+  for_each_uncertain(model, [&](const char*, double, const auto& scale) {
+    using std::exp;
+    scale(T(exp(theta[i++])));
+  });
+}
+
+}  // namespace leeway::gap
