@@ -13,6 +13,7 @@ namespace leeway::gap {
 namespace {
 
 constexpr std::size_t kFewestPoints = 20;  // of a stretch: about two correlation times of the model error
+constexpr std::size_t kMostPoints = 1500;  // then a new stretch begins, so that threads share long recordings
 
 double median_interval(const std::vector<double>& t) {
   std::vector<double> steps;
@@ -120,7 +121,8 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
     double last_measured_s = -1e300;
     for (const Point& point : binned(recording, *inputs.first_known(), bin_s)) {
       if (!point.is_measured()) continue;
-      if (point.t_s - last_measured_s > std::max(gap_s, 1.6 * step_s)) parts.emplace_back();
+      const bool is_after_gap = point.t_s - last_measured_s > std::max(gap_s, 1.6 * step_s);
+      if (is_after_gap || parts.back().size() >= kMostPoints) parts.emplace_back();
       std::vector<Point>& part = parts.back();
       if (!part.empty()) {
         const double from_s = part.back().t_s, hole_s = point.t_s - from_s;

@@ -15,7 +15,7 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< (x0, y0 [m], psi [rad], u, v_m [
 inline constexpr std::array<Channel, 6> kMeasured{Channel::x0, Channel::y0, Channel::psi,
                                                   Channel::u,  Channel::vm, Channel::r};
 
-/// A part of a recording without a long gap, on the filter's time grid.
+/// A part of a recording without a long gap, on the filter's time grid; it has an initial state of its own.
 struct Stretch {
   std::size_t recording = 0;
   std::vector<double> t_s;

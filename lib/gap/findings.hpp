@@ -63,6 +63,7 @@ struct Screened {
 struct Detection {
   double p_value = 1.0;                              ///< family-wise
   double whiteness_p_value = 1.0;                    ///< of the innovations
+  double largest_autocorrelation = 0.0;              ///< of the innovations, in absolute value
   double false_alarm = 0.01;                         ///< the rate that the verdict keeps
   double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< of the best effect
   std::vector<Screened> effects;                     ///< best first

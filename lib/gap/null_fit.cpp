@@ -20,42 +20,7 @@ constexpr double kThetaAtRest = 0.02;  // of a prior sd
 constexpr double kNoiseAtRest = 0.03;  // of ln level
 constexpr double kLargestStep = 0.7;   // of theta in one iteration
 constexpr double kDifference = 0.02;   // for derivatives by ln level
-
-// The noise levels as one vector of logarithms: sigma_w (3), tau, position, heading, u, v, r.
-constexpr int kLevels = 9;
-using Levels = Eigen::Matrix<double, kLevels, 1>;
-
-Levels levels_of(const Noise& noise) {
-  Levels h;
-  h << noise.sigma_w, noise.tau_s, noise.measurement_sd[0], noise.measurement_sd.tail<4>();
-  return h.array().log();
-}
-
-Noise noise_of(const Levels& h, const Noise& like) {
-  const Levels x = h.array().exp();
-  Noise noise = like;
-  noise.sigma_w = x.head<3>();
-  noise.tau_s = x[3];
-  noise.measurement_sd << x[4], x[4], x.tail<4>();
-  return noise;
-}
-
-// Weak knowledge that keeps levels finite where the recordings say nothing.
-struct LevelPrior {
-  Levels mean, sd;
-  double cost(const Levels& h) const { return 0.5 * ((h - mean).array() / sd.array()).square().sum(); }
-};
-
-LevelPrior level_prior(const Ship& ship, double time_scale, const Noise& start) {
-  LevelPrior prior;
-  const double L = ship.particulars.L_pp;
-  prior.mean = levels_of(start);
-  // Model errors seen on model ships, the same acceleration at any scale; within a factor of 20.
-  prior.mean.head<3>() << std::log(5e-4), std::log(5e-4), std::log(5e-4 / (0.25 * L));
-  prior.mean[3] = std::log(12.0 * time_scale);
-  prior.sd << 3.0, 3.0, 3.0, 0.5, 3.0, 3.0, 3.0, 3.0, 3.0;
-  return prior;
-}
+constexpr double kFarLevel = 40.0;     // nothing is e^40 of its unit
 
 double robust_sd(std::vector<double> x) {
   if (x.empty()) return 0.0;
@@ -85,48 +50,37 @@ Noise first_noise(const Campaign& campaign) {
   return noise;
 }
 
-// -ln posterior of the noise levels, and its gradient by central differences.
+// A LevelProblem as Ceres sees it: the free levels alone.
 class LevelCost final : public ceres::FirstOrderFunction {
  public:
-  LevelCost(const FittedNull& fit, const Eigen::VectorXd& prior_sd, const LevelPrior& prior, std::size_t jobs)
-      : fit_(fit), prior_sd_(prior_sd), prior_(prior), jobs_(jobs) {}
+  LevelCost(const LevelProblem& problem, const Levels& at) : problem_(problem), at_(at) {}
 
-  int NumParameters() const override { return kLevels; }
+  int NumParameters() const override { return static_cast<int>(problem_.free.size()); }
+
+  Levels levels(const double* parameters) const {
+    Levels h = at_;
+    for (std::size_t i = 0; i < problem_.free.size(); ++i) h[problem_.free[i]] = parameters[i];
+    return h;
+  }
 
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
-    const Levels h = Eigen::Map<const Levels>(parameters);
-    if (!h.allFinite() || h.cwiseAbs().maxCoeff() > 40.0) return false;
+    const Levels h = levels(parameters);
+    if (!h.allFinite() || h.cwiseAbs().maxCoeff() > kFarLevel) return false;
     std::vector<Levels> points{h};
     if (gradient != nullptr)
-      for (int i = 0; i < kLevels; ++i)
+      for (const int i : problem_.free)
         for (const double sign : {1.0, -1.0}) points.push_back(h + sign * kDifference * Levels::Unit(i));
-    const std::vector<double> costs = costs_at(points);
+    const std::vector<double> costs = problem_.costs(points);
     *cost = costs[0];
     if (gradient != nullptr)
-      for (int i = 0; i < kLevels; ++i) gradient[i] = (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
+      for (std::size_t i = 0; i < problem_.free.size(); ++i)
+        gradient[i] = (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
     return std::isfinite(*cost);
   }
 
-  std::vector<double> costs_at(const std::vector<Levels>& points) const {
-    const std::size_t stretches = fit_.stretches.size();
-    std::vector<Evidence> parts(points.size() * stretches);
-    parallel_for(parts.size(), jobs_, [&](std::size_t i) {
-      parts[i] = evidence(fit_.stretches[i % stretches], noise_of(points[i / stretches], fit_.noise));
-    });
-    std::vector<double> costs;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      Evidence total(fit_.theta.size());
-      for (std::size_t s = 0; s < stretches; ++s) total += parts[i * stretches + s];
-      costs.push_back(-marginal(total, fit_.theta, prior_sd_) + prior_.cost(points[i]));
-    }
-    return costs;
-  }
-
  private:
-  const FittedNull& fit_;
-  const Eigen::VectorXd& prior_sd_;
-  const LevelPrior& prior_;
-  std::size_t jobs_;
+  const LevelProblem& problem_;
+  const Levels at_;
 };
 
 Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
@@ -154,23 +108,101 @@ double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Ei
          0.5 * log_det - prior_sd.array().log().sum();
 }
 
-Evidence total_evidence(const std::vector<LinearStretch>& stretches, const Noise& noise, std::size_t jobs) {
+Levels levels_of(const Noise& noise) {
+  Levels h;
+  h << noise.sigma_w, noise.tau_s, noise.measurement_sd[0], noise.measurement_sd.tail<4>();
+  return h.array().log();
+}
+
+Noise noise_of(const Levels& levels, const Noise& like) {
+  const Levels x = levels.array().exp();
+  Noise noise = like;
+  noise.sigma_w = x.head<3>();
+  noise.tau_s = x[3];
+  noise.measurement_sd << x[4], x[4], x.tail<4>();
+  return noise;
+}
+
+std::vector<std::size_t> LevelProblem::sample_of_stretches() const {
+  std::size_t points = 0;
+  for (const LinearStretch& stretch : stretches) points += stretch.path.size();
+  const std::size_t every = std::max<std::size_t>(1, points / most_points);
+  std::vector<std::size_t> sample;
+  for (std::size_t s = 0; s < stretches.size(); s += every) sample.push_back(s);
+  return sample;
+}
+
+std::vector<double> LevelProblem::costs(const std::vector<Levels>& points) const {
+  const std::vector<std::size_t> sample = sample_of_stretches();
+  const std::size_t n = sample.size();
+  std::vector<Evidence> parts(points.size() * n);
+  parallel_for(parts.size(), jobs, [&](std::size_t i) {
+    const std::size_t s = sample[i % n];
+    parts[i] =
+        evidence(stretches[s], noise_of(points[i / n], like), extra.count, extra.of ? extra.of(s) : MoreColumns());
+  });
+  std::vector<double> costs;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Evidence total(theta.size());
+    for (std::size_t s = 0; s < n; ++s) total += parts[i * n + s];
+    costs.push_back(-marginal(total, theta, prior_sd) +
+                    0.5 * ((points[i] - prior_mean).array() / prior_sd_of_levels.array()).square().sum());
+  }
+  return costs;
+}
+
+Evidence LevelProblem::total(const Noise& noise) const {
   std::vector<Evidence> parts(stretches.size());
-  parallel_for(parts.size(), jobs, [&](std::size_t i) { parts[i] = evidence(stretches[i], noise); });
-  Evidence total(stretches.front().steps.front().G.cols());
-  for (const Evidence& part : parts) total += part;
-  return total;
+  parallel_for(parts.size(), jobs, [&](std::size_t i) {
+    parts[i] = evidence(stretches[i], noise, extra.count, extra.of ? extra.of(i) : MoreColumns());
+  });
+  Evidence sum(theta.size());
+  for (const Evidence& part : parts) sum += part;
+  return sum;
+}
+
+Levels LevelProblem::minimize(const Levels& start, int most_iterations) const {
+  std::vector<double> x;
+  for (const int i : free) x.push_back(start[i]);
+  LevelCost* const cost = new LevelCost(*this, start);
+  const ceres::GradientProblem problem(cost);  // takes the cost
+  ceres::GradientProblemSolver::Options solver;
+  solver.line_search_direction_type = ceres::BFGS;
+  solver.max_num_iterations = most_iterations;
+  solver.gradient_tolerance = 0.02;  // nats by ln level: a standard error is of the order of 0.1
+  solver.function_tolerance = 1e-9;
+  solver.logging_type = ceres::SILENT;
+  ceres::GradientProblemSolver::Summary summary;
+  ceres::Solve(solver, problem, x.data(), &summary);
+  return cost->levels(x.data());
+}
+
+double LevelProblem::gradient(const Levels& at) const {
+  std::vector<double> x, slope(free.size());
+  for (const int i : free) x.push_back(at[i]);
+  double value = 0.0;
+  LevelCost(*this, at).Evaluate(x.data(), &value, slope.data());
+  double largest = 0.0;
+  for (const double g : slope) largest = std::max(largest, std::abs(g));
+  return largest;
 }
 
 FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   FittedNull fit;
   fit.parameters = uncertain_parameters(campaign.ship);
   const auto p = static_cast<Eigen::Index>(fit.parameters.size());
-  Eigen::VectorXd prior_sd(p);
+  Eigen::VectorXd& prior_sd = fit.prior_sd;
+  prior_sd.resize(p);
   for (Eigen::Index i = 0; i < p; ++i) prior_sd[i] = fit.parameters[static_cast<std::size_t>(i)].log_sd;
   fit.theta = Eigen::VectorXd::Zero(p);
   fit.noise = first_noise(campaign);
-  const LevelPrior prior = level_prior(campaign.ship, campaign.time_scale(), fit.noise);
+  // Weak knowledge that keeps levels finite where the recordings say nothing. Model errors of model ships are around
+  // 5e-4 m/s^2, and accelerations are the same at any scale; within a factor of 20.
+  fit.level_prior_mean = levels_of(fit.noise);
+  fit.level_prior_mean.head<3>().setConstant(std::log(5e-4));
+  fit.level_prior_mean[2] -= std::log(0.25 * campaign.ship.particulars.L_pp);
+  fit.level_prior_sd.setConstant(3.0);
+  fit.level_prior_sd[3] = 0.5;
 
   const std::size_t n = campaign.stretches.size();
   std::vector<std::vector<StateVector>> paths(n);
@@ -183,7 +215,12 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     parallel_for(n, options.jobs, [&](std::size_t s) {
       fit.stretches[s] = linearize(campaign.ship, campaign.stretches[s], paths[s], fit.theta);
     });
-    fit.total = total_evidence(fit.stretches, fit.noise, options.jobs);
+    const LevelProblem levels{fit.stretches,      fit.theta,
+                              prior_sd,           {},
+                              fit.noise,          fit.level_prior_mean,
+                              fit.level_prior_sd, {0, 1, 2, 3, 4, 5, 6, 7, 8},
+                              options.jobs};
+    fit.total = levels.total(fit.noise);
     const Eigen::VectorXd precision = prior_sd.array().square().inverse();
     const Eigen::VectorXd slope = fit.total.b - precision.cwiseProduct(fit.theta);
     fit.report.iterations = iteration;
@@ -194,21 +231,10 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
 
     // Noise levels, once the path has been smoothed for the first time.
     if (iteration > 0 && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
-      Levels h = levels_of(fit.noise);
-      const Levels before = h;
-      ceres::GradientProblem problem(new LevelCost(fit, prior_sd, prior, options.jobs));
-      ceres::GradientProblemSolver::Options solver;
-      solver.line_search_direction_type = ceres::BFGS;
-      solver.max_num_iterations = iteration < 3 ? 6 : 12;
-      solver.gradient_tolerance = 1e-3 * static_cast<double>(campaign.points()) / 1000.0 + 1e-2;
-      solver.function_tolerance = 1e-7;
-      solver.logging_type = ceres::SILENT;
-      ceres::GradientProblemSolver::Summary summary;
-      ceres::Solve(solver, problem, h.data(), &summary);
+      const Levels before = levels_of(fit.noise), h = levels.minimize(before, iteration < 3 ? 6 : 12);
       fit.noise = noise_of(h, fit.noise);
-      // What the recordings do not determine does not have to come to rest.
       noise_moved = (h - before).cwiseAbs().maxCoeff();
-      fit.total = total_evidence(fit.stretches, fit.noise, options.jobs);
+      fit.total = levels.total(fit.noise);
     }
     Eigen::MatrixXd M = fit.total.F;
     M.diagonal() += precision;
@@ -236,23 +262,24 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
                [&](std::size_t s) { fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, Eigen::VectorXd::Zero(p)); });
 
   // Standard errors of the levels from the curvature.
-  const LevelCost cost(fit, prior_sd, prior, options.jobs);
+  const LevelProblem problem{fit.stretches,      fit.theta,
+                             prior_sd,           {},
+                             fit.noise,          fit.level_prior_mean,
+                             fit.level_prior_sd, {0, 1, 2, 3, 4, 5, 6, 7, 8},
+                             options.jobs};
   const Levels h = levels_of(fit.noise);
   constexpr double kWide = 0.2;
   std::vector<Levels> points{h};
   for (int i = 0; i < 3; ++i)
     for (const double sign : {1.0, -1.0}) points.push_back(h + sign * kWide * Levels::Unit(i));
-  const std::vector<double> costs = cost.costs_at(points);
+  const std::vector<double> costs = problem.costs(points);
   NullFit& report = fit.report;
   for (int i = 0; i < 3; ++i) {
     const std::size_t up = 1 + 2 * static_cast<std::size_t>(i);
     const double curvature = (costs[up] + costs[up + 1] - 2.0 * costs[0]) / (kWide * kWide);
     report.sigma_w_sd[i] = fit.noise.sigma_w[i] / std::sqrt(std::max(curvature, 0.1));
   }
-  Levels gradient;
-  double value = 0.0;
-  cost.Evaluate(h.data(), &value, gradient.data());
-  report.noise_gradient = gradient.cwiseAbs().maxCoeff();
+  report.noise_gradient = problem.gradient(h);
   report.sigma_w = fit.noise.sigma_w;
   report.tau_s = fit.noise.tau_s;
   report.typical = typical_acceleration(fit.stretches);

@@ -5,6 +5,12 @@
 
 namespace leeway::gap {
 
+/// The noise levels as one vector of logarithms: sigma_w (3), tau, position, heading, u, v_m, r.
+inline constexpr int kLevels = 9;
+using Levels = Eigen::Matrix<double, kLevels, 1>;
+Levels levels_of(const Noise& noise);
+Noise noise_of(const Levels& levels, const Noise& like);
+
 /// The simulator fitted within its stated uncertainty: parameters, noise levels, and the model along the smoothed path.
 struct FittedNull {
   std::vector<UncertainParameter> parameters;
@@ -12,7 +18,9 @@ struct FittedNull {
   Noise noise;
   std::vector<LinearStretch> stretches;  ///< linearized at theta along the smoothed paths
   std::vector<Smoothed> smoothed;
-  Evidence total;  ///< about theta, at the end
+  Evidence total;            ///< about theta, at the end
+  Eigen::VectorXd prior_sd;  ///< of theta
+  Levels level_prior_mean, level_prior_sd;
   NullFit report;
 };
 
@@ -30,7 +38,34 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options);
 /// ln of the integral of exp(log_likelihood + b'd - d'Fd/2) N(theta + d; 0, sd^2) over d.
 double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd);
 
-/// Sum of evidence() over the stretches, on several threads.
-Evidence total_evidence(const std::vector<LinearStretch>& stretches, const Noise& noise, std::size_t jobs);
+/// Columns beside theta for each stretch: columns_of(stretch).
+struct ExtraColumns {
+  Eigen::Index count = 0;
+  std::function<MoreColumns(std::size_t stretch)> of;
+};
+
+/// How well noise levels explain the recordings: parameters (theta and those of the extra columns) are integrated out.
+struct LevelProblem {
+  const std::vector<LinearStretch>& stretches;
+  Eigen::VectorXd theta, prior_sd;  ///< of theta and the extra columns; the latter start at zero
+  ExtraColumns extra;
+  Noise like;  ///< for what is not among the levels
+  Levels prior_mean, prior_sd_of_levels;
+  std::vector<int> free;  ///< the levels that may move
+  std::size_t jobs = 1;
+  std::size_t most_points = 8000;  ///< costs and their derivatives come from stretches with about this many points
+
+  /// -ln posterior at each point.
+  std::vector<double> costs(const std::vector<Levels>& points) const;
+  /// Sum of evidence() over the stretches, on several threads.
+  Evidence total(const Noise& noise) const;
+  /// The best levels near `start`, by BFGS with central differences.
+  Levels minimize(const Levels& start, int most_iterations) const;
+  /// Largest derivative of the cost by a free level.
+  double gradient(const Levels& at) const;
+
+ private:
+  std::vector<std::size_t> sample_of_stretches() const;
+};
 
 }  // namespace leeway::gap

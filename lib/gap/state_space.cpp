@@ -131,23 +131,25 @@ void Filter::predict(std::size_t k) {
   if (columns.cols() > 0) columns = A * columns;
 }
 
-Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count, const MoreColumns& more) {
+std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
+                                         Eigen::Index count, const MoreColumns& more) {
   const Eigen::Index p = stretch.steps.front().G.cols(), columns = p + count;
-  Evidence result(columns);
+  const std::size_t n = stretch.path.size();
+  std::vector<Evidence> blocks((n + block_points - 1) / block_points, Evidence(columns));
   Filter filter(stretch, noise, columns);
   // Rows are gathered, so that F grows by matrix products.
   constexpr Eigen::Index kRows = 96;
   Eigen::MatrixXd rows(kRows, columns);
   Eigen::VectorXd innovations(kRows);
   Eigen::Index filled = 0;
-  const auto flush = [&] {
-    result.F.selfadjointView<Eigen::Lower>().rankUpdate(rows.topRows(filled).transpose());
-    result.b.noalias() += rows.topRows(filled).transpose() * innovations.head(filled);
+  const auto flush = [&](Evidence& block) {
+    block.F.selfadjointView<Eigen::Lower>().rankUpdate(rows.topRows(filled).transpose());
+    block.b.noalias() += rows.topRows(filled).transpose() * innovations.head(filled);
     filled = 0;
   };
   Eigen::MatrixXd addition(kShipStates, count);
-  const std::size_t n = stretch.path.size();
   for (std::size_t k = 0; k < n; ++k) {
+    Evidence& block = blocks[k / block_points];
     if (k > 0) {
       filter.predict(k - 1);
       filter.columns.topLeftCorner(kShipStates, p) += stretch.steps[k - 1].G;
@@ -157,16 +159,20 @@ Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index
       }
     }
     filter.update(k, [&](int, double z, const Eigen::RowVectorXd& row, double S) {
-      result.log_likelihood -= 0.5 * (z * z + std::log(2.0 * kPi * S));
-      ++result.measurements;
+      block.log_likelihood -= 0.5 * (z * z + std::log(2.0 * kPi * S));
+      ++block.measurements;
       rows.row(filled) = row;
       innovations[filled] = z;
-      if (++filled == kRows) flush();
+      if (++filled == kRows) flush(block);
     });
+    if (k + 1 == n || (k + 1) % block_points == 0) flush(block);
   }
-  flush();
-  result.F.triangularView<Eigen::StrictlyUpper>() = result.F.transpose();
-  return result;
+  for (Evidence& block : blocks) block.F.triangularView<Eigen::StrictlyUpper>() = block.F.transpose();
+  return blocks;
+}
+
+Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count, const MoreColumns& more) {
+  return evidence_by_blocks(stretch, noise, stretch.path.size(), count, more).front();
 }
 
 Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::VectorXd& dtheta) {

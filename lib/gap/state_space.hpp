@@ -132,6 +132,9 @@ class Filter {
 using MoreColumns = std::function<void(std::size_t k, Eigen::Ref<Eigen::MatrixXd> out)>;
 Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count = 0,
                   const MoreColumns& more = nullptr);
+/// The same by blocks of points; their sum is that of the stretch.
+std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
+                                         Eigen::Index count = 0, const MoreColumns& more = nullptr);
 
 /// Smoothed states (path + dx) and their covariances, with theta moved by dtheta; innovations if asked for.
 struct Smoothed {

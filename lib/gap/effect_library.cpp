@@ -1,0 +1,107 @@
+#include "gap/effect_library.hpp"
+
+#include <cmath>
+
+namespace leeway::gap {
+namespace {
+
+constexpr double kFullScale_m = 20.0;  // longer ships take the priors for 150 m
+
+bool is_direction(const Prior& prior) { return prior.kind == Prior::Kind::uniform && prior.high - prior.low >= 360.0; }
+
+// A strength that is worth finding: one prior sd from nothing.
+double nominal(const EffectParameter& parameter, const Prior& prior) {
+  if (std::isnan(parameter.off)) return prior.median;
+  switch (prior.kind) {
+    case Prior::Kind::normal:
+      return parameter.off + prior.sd;
+    case Prior::Kind::rayleigh:
+      return prior.sd;
+    case Prior::Kind::log_normal:
+      return parameter.off > 0.0 ? parameter.off * std::exp(-std::min(prior.sd, 0.3)) : prior.median;
+    case Prior::Kind::uniform:
+      return parameter.off + 0.3 * (prior.high - parameter.off);
+  }
+  return prior.median;
+}
+
+// The parameter values of an effect's variants: each strength for itself, in each direction.
+std::vector<std::vector<double>> variants_of(std::span<const EffectParameter> parameters, bool is_full_scale) {
+  const auto prior = [&](const EffectParameter& p) { return is_full_scale ? p.at_150m : p.at_3m; };
+  std::vector<std::size_t> strengths;
+  std::optional<std::size_t> direction;
+  std::vector<double> base;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const EffectParameter& p = parameters[i];
+    base.push_back(std::isfinite(p.otherwise) ? p.otherwise : std::isfinite(p.off) ? p.off : prior(p).median);
+    if (is_direction(prior(p)))
+      direction = i;
+    else if (std::isfinite(p.off) || (std::isnan(p.off) && std::isnan(p.otherwise)))
+      strengths.push_back(i);
+  }
+  std::vector<std::vector<double>> variants;
+  for (const std::size_t i : strengths) {
+    std::vector<double> values = base;
+    values[i] = nominal(parameters[i], prior(parameters[i]));
+    for (const double angle_deg : {0.0, 90.0, 180.0, 270.0}) {
+      if (direction) values[*direction] = angle_deg;
+      variants.push_back(values);
+      if (!direction) break;
+    }
+  }
+  return variants;
+}
+
+}  // namespace
+
+EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
+    : campaign_(campaign), fit_(fit), null_(campaign.ship) {
+  apply_uncertainty(null_, fit.theta);
+  const bool is_full_scale = campaign.ship.particulars.L_pp > kFullScale_m;
+  const std::vector<EffectDescription>& catalogue = effect_catalogue();
+  for (std::size_t type = 0; type < catalogue.size(); ++type) {
+    const std::string name(catalogue[type].info.name);
+    if (name == "tug" || name == "varying-current") continue;
+    Entry entry{name, static_cast<Eigen::Index>(variants_.size()), 0};
+    try {
+      for (const std::vector<double>& values : variants_of(catalogue[type].parameters, is_full_scale)) {
+        Effects<double> effects(campaign.ship);
+        effects.add(make_effect<double>(type, values, campaign.ship));
+        const double delay_s = effects.rudder_delay_s() - null_.effects.rudder_delay_s();
+        Variant variant{Model<double>(campaign.ship, effects), delay_s};
+        apply_uncertainty(variant.model, fit.theta);
+        variants_.push_back(std::move(variant));
+        ++entry.count;
+      }
+      entries_.push_back(entry);
+    } catch (const EffectNotApplicable& problem) {
+      not_applicable_.push_back(name + ": " + problem.what());
+    }
+  }
+}
+
+MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std::size_t> entries) const {
+  const LinearStretch& stretch = fit_.stretches[stretch_index];
+  const RecordedInputs& recorded = campaign_.recorded_inputs[stretch.data->recording];
+  return [this, &stretch, &recorded, entries = std::move(entries)](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
+    const StateVector& x = stretch.path[k];
+    const std::vector<StepInputs<double>>& inputs = stretch.data->inputs[k];
+    const double h = stretch.data->dt_s(k) / static_cast<double>(inputs.size());
+    const Vec6 without = advance<double>(null_, x, inputs, h);
+    Eigen::Index column = 0;
+    for (const std::size_t e : entries)
+      for (Eigen::Index i = 0; i < entries_[e].count; ++i, ++column) {
+        const Variant& variant = variants_[static_cast<std::size_t>(entries_[e].first + i)];
+        if (variant.rudder_delay_s > 0.0) {
+          std::vector<StepInputs<double>> delayed = inputs;
+          for (std::size_t s = 0; s < delayed.size(); ++s)
+            delayed[s] = recorded.step(stretch.data->t_s[k] + static_cast<double>(s) * h, h, variant.rudder_delay_s);
+          out.col(column) = advance<double>(variant.model, x, delayed, h) - without;
+        } else {
+          out.col(column) = advance<double>(variant.model, x, inputs, h) - without;
+        }
+      }
+  };
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gap/null_fit.hpp"
+
+namespace leeway::gap {
+
+/// What each effect of the catalogue would do to each step of the simulator: the difference of two simulations over the
+/// step, with the effect at a nominal strength and without. Effects with a direction have one column for each of four
+/// directions, those with several strengths one for each. `tug`, which comes and goes, is left to the scan over
+/// intervals, `varying-current` to `steady-current`.
+class EffectLibrary {
+ public:
+  struct Entry {
+    std::string name;
+    Eigen::Index first = 0, count = 0;  ///< its columns
+  };
+
+  EffectLibrary(const Campaign& campaign, const FittedNull& fit);
+
+  const std::vector<Entry>& entries() const { return entries_; }
+  const std::vector<std::string>& not_applicable() const { return not_applicable_; }
+  Eigen::Index columns() const { return static_cast<Eigen::Index>(variants_.size()); }
+
+  /// The columns of the given entries at step k of a stretch, for evidence().
+  MoreColumns columns_of(std::size_t stretch, std::vector<std::size_t> entries) const;
+
+ private:
+  struct Variant {
+    Model<double> model;
+    double rudder_delay_s = 0.0;
+  };
+  const Campaign& campaign_;
+  const FittedNull& fit_;
+  Model<double> null_;
+  std::vector<Variant> variants_;
+  std::vector<Entry> entries_;
+  std::vector<std::string> not_applicable_;
+};
+
+}  // namespace leeway::gap
