@@ -12,6 +12,7 @@
 #include "effects/draft.hpp"
 #include "effects/earth_force.hpp"
 #include "effects/fouling.hpp"
+#include "effects/model_error.hpp"
 #include "effects/rudder_effectiveness.hpp"
 #include "effects/rudder_offset.hpp"
 #include "effects/shallow_water.hpp"
@@ -33,7 +34,7 @@ template <typename T>
 using Effect = std::variant<SteadyCurrent<T>, VaryingCurrent<T>, ShallowWater<T>, Windage<T>, UnmeasuredWind<T>,
                             WaveDrift<T>, Fouling<T>, Draft<T>, CrossFlowDrag<T>, ThrustLoss<T>, Wake<T>,
                             RudderOffset<T>, RudderEffectiveness<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>,
-                            ActuatorDelay<T>, Tug<T>, BodyForce<T>, EarthForce<T>>;
+                            ActuatorDelay<T>, Tug<T>, BodyForce<T>, EarthForce<T>, ModelError<T>>;
 
 /// What is known of an effect before any ship: its text and its parameters.
 struct EffectDescription {

@@ -1,10 +1,7 @@
 #pragma once
 
-#include <cstdint>
-
-#include "core/random.hpp"
-#include "core/units.hpp"
 #include "effects/effect.hpp"
+#include "effects/ou_waves.hpp"
 
 namespace leeway {
 
@@ -31,46 +28,21 @@ struct VaryingCurrent {
       {"seed", "selects the realization", kNone, 1.0, 0.0, 1e9, uniform(0.0, 1e9), uniform(0.0, 1e9)},
   }};
 
-  static constexpr std::size_t kWaves = 64;
-  struct Wave {
-    T omega;       // [rad/s]
-    double phase;  // [rad]
-  };
-  T amplitude;  ///< of each wave [m/s]
-  std::array<std::array<Wave, kWaves>, 2> waves;
+  T sd;  ///< of each component [m/s]
+  std::array<OuWaves<T>, 2> waves;
 
-  VaryingCurrent(const std::array<T, 3>& value, const Ship&) : amplitude(value[0] * std::sqrt(2.0 / kWaves)) {
-    // Waves of equal variance: their frequencies are quantiles of the spectrum 1/(1 + (omega tau)^2), one at random in
-    // each of 64 bands.
-    const double last_quantile = std::atan(20.0) / (0.5 * kPi);
-    const auto seed = static_cast<std::uint64_t>(seed_of(value[2]));
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      RandomStream stream(seed, "varying current", axis);
-      for (std::size_t k = 0; k < kWaves; ++k) {
-        const double quantile = last_quantile * (static_cast<double>(k) + stream.uniform()) / kWaves;
-        waves[axis][k].omega = std::tan(0.5 * kPi * quantile) / value[1];
-        waves[axis][k].phase = stream.uniform(0.0, 2.0 * kPi);
-      }
-    }
-  }
+  VaryingCurrent(const std::array<T, 3>& value, const Ship&)
+      : sd(value[0]),
+        waves{OuWaves<T>(value[1], value[2], "varying current", 0),
+              OuWaves<T>(value[1], value[2], "varying current", 1)} {}
 
   WaterMotion<T> water(const Situation<T>& at) const {
-    using std::cos, std::sin;
     WaterMotion<T> result;
-    for (Eigen::Index axis = 0; axis < 2; ++axis)
-      for (const Wave& wave : waves[static_cast<std::size_t>(axis)]) {
-        const T angle = wave.omega * at.t_s + wave.phase;
-        result.velocity(axis) += amplitude * cos(angle);
-        result.rate(axis) -= amplitude * wave.omega * sin(angle);
-      }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      result.velocity(static_cast<Eigen::Index>(axis)) = sd * waves[axis].value(at.t_s);
+      result.rate(static_cast<Eigen::Index>(axis)) = sd * waves[axis].rate(at.t_s);
+    }
     return result;
-  }
-
- private:
-  static double seed_of(double value) { return value; }
-  template <typename Jet>
-  static double seed_of(const Jet& value) {
-    return value.a;
   }
 };
 

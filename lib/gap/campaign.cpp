@@ -13,6 +13,7 @@ namespace leeway::gap {
 namespace {
 
 constexpr std::size_t kFewestPoints = 20;  // of a stretch: about two correlation times of the model error
+constexpr double kTimingShare = 0.1;       // of the sampling time: how well the rudders' timing is known
 constexpr std::size_t kMostPoints = 1500;  // then a new stretch begins, so that threads share long recordings
 
 double median_interval(const std::vector<double>& t) {
@@ -152,8 +153,12 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
         const auto substeps = static_cast<std::size_t>(std::ceil(stretch.dt_s(k) / time_unit_s - 1e-9));
         const double h = stretch.dt_s(k) / static_cast<double>(substeps);
         std::vector<StepInputs<double>>& step = stretch.inputs.emplace_back();
-        for (std::size_t i = 0; i < substeps; ++i)
-          step.push_back(inputs.step(stretch.t_s[k] + static_cast<double>(i) * h, h));
+        std::vector<StepInputs<double>>& late = stretch.late_inputs.emplace_back();
+        for (std::size_t i = 0; i < substeps; ++i) {
+          const double from_s = stretch.t_s[k] + static_cast<double>(i) * h;
+          step.push_back(inputs.step(from_s, h));
+          late.push_back(inputs.step(from_s, h, kTimingShare * sample_s));
+        }
         wind_speed += step.front().start.true_wind.norm();
       }
       stretch.wind_speed_mps = wind_speed / static_cast<double>(stretch.size() - 1);

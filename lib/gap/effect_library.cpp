@@ -61,7 +61,7 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
   for (std::size_t type = 0; type < catalogue.size(); ++type) {
     const std::string name(catalogue[type].info.name);
-    if (name == "tug" || name == "varying-current") continue;
+    if (name == "tug" || name == "varying-current" || name == "model-error") continue;
     Entry entry{name, static_cast<Eigen::Index>(variants_.size()), 0};
     try {
       for (const std::vector<double>& values : variants_of(catalogue[type].parameters, is_full_scale)) {

@@ -210,7 +210,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   fit.stretches.resize(n);
   fit.smoothed.resize(n);
 
-  double moved = 1.0, noise_moved = 1.0;
+  double moved = 1.0, noise_moved = 1.0, relaxation = 1.0;
   for (int iteration = 0;; ++iteration) {
     parallel_for(n, options.jobs, [&](std::size_t s) {
       fit.stretches[s] = linearize(campaign.ship, campaign.stretches[s], paths[s], fit.theta);
@@ -240,12 +240,16 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     M.diagonal() += precision;
     Eigen::VectorXd step = M.llt().solve(fit.total.b - precision.cwiseProduct(fit.theta));
     if (const double largest = step.cwiseAbs().maxCoeff(); largest > kLargestStep) step *= kLargestStep / largest;
+    step *= relaxation;
     parallel_for(n, options.jobs, [&](std::size_t s) {
       fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, step);
       paths[s] = fit.smoothed[s].state;
     });
     fit.theta += step;
+    const double moved_before = moved;
     moved = step.cwiseQuotient(prior_sd).cwiseAbs().maxCoeff();
+    // Kinks of the model let full steps jump to and fro.
+    if (iteration > 3 && moved > 0.6 * moved_before) relaxation = std::max(0.5 * relaxation, 0.1);
     // Outliers are judged once, when the fit is near its end, so that hypotheses are compared on the same data.
     if (iteration == 2)
       for (std::size_t s = 0; s < n; ++s)
@@ -301,7 +305,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   Eigen::MatrixXd M = fit.total.F;
   M.diagonal() += prior_sd.array().square().inverse().matrix();
   const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(p, p));
-  for (Eigen::Index i = 0; i < p; ++i) {
+  for (Eigen::Index i = 0; i + 1 < p; ++i) {
     const double factor = std::exp(fit.theta[i]), sd = std::sqrt(covariance(i, i));
     report.parameters.push_back({fit.parameters[static_cast<std::size_t>(i)].name, factor, factor * sd, prior_sd[i],
                                  fit.theta[i] / prior_sd[i]});

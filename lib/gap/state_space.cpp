@@ -54,11 +54,11 @@ LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<St
   result.path = std::move(path);
   result.steps.resize(stretch.size() - 1);
   result.initial_sd = initial_sd(ship);
-  const Eigen::Index p = theta.size(), passes = (kStates + p + kDirections - 1) / kDirections;
-  for (LinearStep& step : result.steps) step.G.resize(kShipStates, p);
+  const Eigen::Index p = theta.size() - 1, timing = p, passes = (kStates + p + kDirections - 1) / kDirections;
+  for (LinearStep& step : result.steps) step.G.resize(kShipStates, p + 1);
   for (Eigen::Index pass = 0; pass < passes; ++pass) {
     const Eigen::Index first = pass * kDirections;  // among (x, theta)
-    Eigen::Matrix<Dual, Eigen::Dynamic, 1> dual_theta = theta.cast<Dual>();
+    Eigen::Matrix<Dual, Eigen::Dynamic, 1> dual_theta = theta.head(p).cast<Dual>();
     for (Eigen::Index j = 0; j < p; ++j)
       if (const Eigen::Index d = kStates + j - first; d >= 0 && d < kDirections) dual_theta[j].v[d] = 1.0;
     Model<Dual> model(ship);
@@ -79,6 +79,15 @@ LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<St
             step.G(i, first + d - kStates) = y[i].v[d];
       }
     }
+  }
+  Model<double> model(ship);
+  apply_uncertainty(model, theta);
+  for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
+    LinearStep& step = result.steps[k];
+    const double h = stretch.dt_s(k) / static_cast<double>(stretch.inputs[k].size());
+    step.G.col(timing) = advance<double>(model, result.path[k], stretch.late_inputs[k], h) -
+                         advance<double>(model, result.path[k], stretch.inputs[k], h);
+    step.offset += theta[timing] * step.G.col(timing);
   }
   return result;
 }

@@ -55,45 +55,72 @@ void for_each_uncertain(Model<T>& model, const Visit& visit) {
 
   std::visit(
       [&](auto& propeller) {
+        // Levels on a straight run, (1 - w_P), (1 - t_P) and K_T, and on top of them what changes them.
         auto& c = propeller.c;
         visit("propeller.K_T", 0.05, [&](const T& k) { propeller.scale_thrust(k); });
-        // (1 - w_P) and (1 - t_P) on a straight run; the slope of K_T over J on top of its level.
-        if constexpr (requires { c.w_P0; })
-          visit("propeller.1-w_P", 0.05, [&](const T& k) { c.w_P0 = 1.0 - k * (1.0 - c.w_P0); });
-        else if constexpr (requires { c.w_P; })
-          visit("propeller.1-w_P", 0.05, [&](const T& k) { c.w_P[0] = 1.0 - k * (1.0 - c.w_P[0]); });
-        else
+        if constexpr (requires { c.K_T_ahead; }) {
+          one("propeller.K_T_J", 0.10, c.K_T_ahead[1]);
+          one("propeller.K_T_JJ", 0.10, c.K_T_ahead[2]);
+        } else {
+          one("propeller.K_T_J", 0.10, c.K_T[1]);
+          one("propeller.K_T_JJ", 0.10, c.K_T[2]);
+        }
+        if constexpr (requires { c.a; }) {
           visit("propeller.1-w_P", 0.05, [&](const T& k) {
             for (T& a : c.a) a *= k;
           });
-        if constexpr (requires { c.t_P; })
-          visit("propeller.1-t_P", 0.05, [&](const T& k) { c.t_P = 1.0 - k * (1.0 - c.t_P); });
-        else
+          one("propeller.a_1", 0.10, c.a[1]);
+          one("propeller.a_2", 0.10, c.a[2]);
+          one("propeller.b_0", 0.2, c.b[0]);
           visit("propeller.1-t_P", 0.05, [&](const T& k) {
             for (T& coefficient : c.c) coefficient *= k;
           });
-        if constexpr (requires { c.K_T_ahead; })
-          one("propeller.K_T_slope", 0.10, c.K_T_ahead[1]);
-        else
-          one("propeller.K_T_slope", 0.10, c.K_T[1]);
+          one("propeller.c_1", 0.10, c.c[1]);
+          one("propeller.c_2", 0.10, c.c[2]);
+          one("propeller.d_0", 0.2, c.d[0]);
+        } else {
+          T& w_P = [&]() -> T& {
+            if constexpr (requires { c.w_P0; })
+              return c.w_P0;
+            else
+              return c.w_P[0];
+          }();
+          visit("propeller.1-w_P", 0.05, [&w_P](const T& k) { w_P = 1.0 - k * (1.0 - w_P); });
+          visit("propeller.1-t_P", 0.05, [&](const T& k) { c.t_P = 1.0 - k * (1.0 - c.t_P); });
+          if constexpr (requires { c.C_1; }) {
+            one("propeller.C_1", 0.2, c.C_1);
+            one("propeller.C_2_negative", 0.10, c.C_2_negative);
+            one("propeller.C_2_positive", 0.10, c.C_2_positive);
+          } else {
+            one("propeller.w_P_v", 0.2, c.w_P[1]);
+            one("propeller.w_P_vv", 0.2, c.w_P[2]);
+          }
+        }
       },
       model.modules.propeller);
 
   std::visit(
       [&](auto& rudder) {
+        auto& c = rudder.c;
+        visit("rudder.1-t_R", 0.05, [&](const T& k) { c.t_R = 1.0 - k * (1.0 - c.t_R); });
         if constexpr (requires { rudder.k_port; }) {
           one("rudder.gain_port", 0.10, rudder.k_port);
           one("rudder.gain_starboard", 0.10, rudder.k_starboard);
+          one("rudder.k_x", 0.10, c.k_x);
+          visit("rudder.gamma_R", 0.2, [&](const T& k) { rudder.scale_flow_straightening(k); });
         } else {
-          one("rudder.gain", 0.10, rudder.c.f_alpha);
-          one("rudder.a_H", 0.2, rudder.c.a_H);
-          one("rudder.l_R", 0.15, rudder.c.l_R);
-          if constexpr (requires { rudder.c.kappa; })
-            one("rudder.kappa", 0.10, rudder.c.kappa);
+          one("rudder.gain", 0.10, c.f_alpha);
+          one("rudder.a_H", 0.2, c.a_H);
+          one("rudder.x_H", 0.10, c.x_H);
+          one("rudder.l_R", 0.15, c.l_R);
+          one("rudder.epsilon", 0.05, c.epsilon);
+          if constexpr (requires { c.kappa; })
+            one("rudder.kappa", 0.10, c.kappa);
           else
-            one("rudder.k_x", 0.10, rudder.c.k_x);
+            one("rudder.k_x", 0.10, c.k_x);
+          one("rudder.gamma_R_negative", 0.2, c.gamma_R_negative);
+          one("rudder.gamma_R_positive", 0.2, c.gamma_R_positive);
         }
-        visit("rudder.gamma_R", 0.2, [&](const T& k) { rudder.scale_flow_straightening(k); });
       },
       model.modules.rudder);
 
@@ -118,9 +145,15 @@ void for_each_uncertain(Model<T>& model, const Visit& visit) {
 
 /// The uncertain parameters of a ship: for_each_uncertain() with what its JSON's "uncertainty" says in place of the
 /// defaults. Throws InputError for a name that the ship does not have.
+/// The last one is no coefficient: kRudderTiming.
 std::vector<UncertainParameter> uncertain_parameters(const Ship& ship);
 
-/// Multiplies the parameters of a model by exp(theta), in the order of uncertain_parameters().
+/// How much later the rudders moved than the recording's samples, joined by lines, say; 1 is a tenth of the sampling
+/// time. Without it, actuators sampled once a second look like late ones.
+inline constexpr const char* kRudderTiming = "rudder.timing";
+
+/// Multiplies the parameters of a model by exp(theta), in the order of uncertain_parameters(); the timing is left
+/// alone.
 template <typename T, typename Theta>
 void apply_uncertainty(Model<T>& model, const Theta& theta) {
   Eigen::Index i = 0;
