@@ -70,7 +70,7 @@ Refit refit(const Campaign& campaign, const FittedNull& fit, const EffectLibrary
   const Projected at = project_at(h);
   const ScoreTest test = score_test(at.b, at.F);
   Refit result;
-  if (test.rank == 0) return result;
+  if (test.rank == 0 || (entry.is_one_sided && test.beta[0] < 0.0)) return result;
   constexpr double kStep = 0.15;
   std::vector<Levels> points{h};
   for (int i = 0; i < 3; ++i)
@@ -251,7 +251,7 @@ Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLi
     const Eigen::VectorXd b = projected.b.segment(entry.first, entry.count);
     const Eigen::MatrixXd F = projected.F.block(entry.first, entry.first, entry.count, entry.count);
     Candidate candidate{e, score_test(b, F), {}};
-    if (candidate.test.rank == 0) continue;
+    if (candidate.test.rank == 0 || (entry.is_one_sided && candidate.test.beta[0] < 0.0)) continue;
     candidate.screened.name = entry.name;
     candidate.screened.p_value = chi_squared_survival(candidate.test.statistic, candidate.test.rank);
     // Strengths ~ N(0, nominal^2).

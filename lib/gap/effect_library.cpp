@@ -63,8 +63,9 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
     const std::string name(catalogue[type].info.name);
     if (name == "tug" || name == "varying-current" || name == "model-error") continue;
     Entry entry{name, static_cast<Eigen::Index>(variants_.size()), 0};
-    try {
-      for (const std::vector<double>& values : variants_of(catalogue[type].parameters, is_full_scale)) {
+    std::string problem;
+    for (const std::vector<double>& values : variants_of(catalogue[type].parameters, is_full_scale)) {
+      try {
         Effects<double> effects(campaign.ship);
         effects.add(make_effect<double>(type, values, campaign.ship));
         const double delay_s = effects.rudder_delay_s() - null_.effects.rudder_delay_s();
@@ -72,11 +73,17 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
         apply_uncertainty(variant.model, fit.theta);
         variants_.push_back(std::move(variant));
         ++entry.count;
+      } catch (const EffectNotApplicable& reason) {  // some strengths may apply: k_R to a single rudder, k_P not
+        problem = reason.what();
       }
-      entries_.push_back(entry);
-    } catch (const EffectNotApplicable& problem) {
-      not_applicable_.push_back(name + ": " + problem.what());
     }
+    if (entry.count == 0) {
+      not_applicable_.push_back(name + ": " + problem);
+      continue;
+    }
+    const EffectParameter& first = catalogue[type].parameters.front();
+    entry.is_one_sided = entry.count == 1 && (std::isnan(first.off) || first.low >= first.off);
+    entries_.push_back(entry);
   }
 }
 

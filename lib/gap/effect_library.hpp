@@ -16,6 +16,7 @@ class EffectLibrary {
   struct Entry {
     std::string name;
     Eigen::Index first = 0, count = 0;  ///< its columns
+    bool is_one_sided = false;          ///< whether a negative strength makes no sense (a delay, shallow water)
   };
 
   EffectLibrary(const Campaign& campaign, const FittedNull& fit);
