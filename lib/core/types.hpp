@@ -12,4 +12,7 @@ using Vec2 = Eigen::Matrix<T, 2, 1>;
 template <typename T>
 using Vec3 = Eigen::Matrix<T, 3, 1>;
 
+template <typename T>
+using Mat3 = Eigen::Matrix<T, 3, 3>;
+
 }  // namespace leeway

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "gap/null_fit.hpp"
+
+namespace leeway::gap {
+
+struct LocateOptions {
+  double false_alarm = 0.01;      ///< of any interval where there is none
+  double false_discovery = 0.05;  ///< share of wrong ones among the regimes
+  std::size_t jobs = 1;
+  std::uint64_t seed = 1;
+};
+
+/// Where the residual sits: which axes, which intervals, which frame and regime, which module.
+struct Location {
+  Located located;
+  double scan_p_value = 1.0;  ///< of the strongest interval among all
+};
+
+/// Everything is tested on accelerations added to the simulator, after the parameters (with twice their stated
+/// uncertainty) have taken what they can:
+///   intervals  scan over all runs of blocks within a stretch and all axes; p-values from the largest statistic of
+///              draws with the same covariance; after each find the interval is taken out and the scan repeated;
+///   frames     columns that are constant in a frame, by their Bayes factors;
+///   regimes    a linear and a quadratic function of each variable, with Benjamini & Hochberg's false-discovery rate;
+///   modules    each module's gain as a random walk over the blocks, by its Bayes factor.
+Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
+
+/// The smoothed residual along each recording.
+std::vector<Residual> residuals(const Campaign& campaign, const FittedNull& fit);
+
+}  // namespace leeway::gap
