@@ -1,0 +1,165 @@
+#include "gap/gap_locate.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "gap/detect.hpp"
+#include "gap/locate.hpp"
+
+namespace leeway::gap {
+namespace {
+
+constexpr double kNotWhite = 0.25;   // autocorrelation of the innovations that the noise model should not leave
+constexpr double kErrsAsMuch = 0.7;  // model error by typical acceleration: then little is predicted at all
+constexpr double kNearly = 5.0;      // p-values up to this times the rate of false alarms leave it open
+
+// The verdict with the reason for it.
+void judge(Findings& findings, double scan_p_value) {
+  Detection& d = findings.detection;
+  const NullFit& fit = findings.fit;
+  const double library_p = d.p_value;
+  // Two families of tests: the effects of the catalogue, and intervals.
+  d.p_value = std::min(1.0, 2.0 * std::min(library_p, scan_p_value));
+  const bool by_interval = scan_p_value < library_p;
+  const bool improves =
+      d.heldout_gain > 2.0 * d.heldout_gain_sd || (d.heldout_gain > 0.0 && d.p_value < d.false_alarm * d.false_alarm);
+  const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
+  const std::string rate = fmt::format("{:.3g} %", 100.0 * d.false_alarm);
+
+  if (!fit.converged) {
+    findings.verdict = Verdict::undecided;
+    d.reason = "the fit of the simulator's parameters did not come to rest, so nothing can be concluded from it";
+  } else if (d.p_value < d.false_alarm && by_interval) {
+    findings.verdict = Verdict::mismatch;
+    d.reason = fmt::format(
+        "something acts in an interval that the simulator does not know; by chance this would be "
+        "seen in fewer than {} of campaigns",
+        rate);
+  } else if (d.p_value < d.false_alarm && improves) {
+    findings.verdict = Verdict::mismatch;
+    d.reason = fmt::format(
+        "accelerations as of '{}' remain that no parameter within its uncertainty explains, and adding "
+        "them predicts what was held out better",
+        d.effects.front().name);
+  } else if (d.p_value < d.false_alarm) {
+    findings.verdict = Verdict::undecided;
+    d.reason = fmt::format(
+        "accelerations as of '{}' remain, but adding them does not predict held-out parts better; more "
+        "recordings would tell",
+        d.effects.front().name);
+  } else if (d.p_value < kNearly * d.false_alarm) {
+    findings.verdict = Verdict::undecided;
+    d.reason =
+        fmt::format("the evidence is close to the stated rate of false alarms ({}); more recordings would tell", rate);
+  } else if (d.effects.empty()) {
+    findings.verdict = Verdict::undecided;
+    d.reason = "the recordings excite none of the effects of the catalogue; longer or livelier maneuvers would";
+  } else if (share > kErrsAsMuch) {
+    findings.verdict = Verdict::undecided;
+    d.reason = fmt::format(
+        "the simulator errs by {:.0f} % of the typical acceleration, in a way that no effect of the "
+        "catalogue explains",
+        100.0 * share);
+  } else if (d.largest_autocorrelation > kNotWhite && d.whiteness_p_value < 1e-6) {
+    findings.verdict = Verdict::undecided;
+    d.reason =
+        fmt::format("what is left is not white noise (correlation {:.2f}), so that small effects cannot be excluded",
+                    d.largest_autocorrelation);
+  } else {
+    findings.verdict = Verdict::no_mismatch;
+    d.reason = "what remains is what parameters within their uncertainty and random model error leave";
+  }
+}
+
+void add_notices(Findings& findings, const Campaign& campaign, const EffectLibrary& library) {
+  std::vector<std::string>& notices = findings.notices;
+  notices.insert(notices.end(), campaign.notices.begin(), campaign.notices.end());
+  const NullFit& fit = findings.fit;
+  if (fit.outliers > 0)
+    notices.push_back(fmt::format("{} of {} measurements lay more than 6 sd from their prediction and were left out",
+                                  fit.outliers, fit.samples + fit.outliers));
+  if (!campaign.has_position)
+    notices.push_back("no positions: slow effects show two to four times less; record x0_m and y0_m");
+  if (!campaign.has_heading) notices.push_back("no heading: effects with a direction in earth axes cannot be seen");
+  std::size_t far = 0;
+  for (const ParameterShift& shift : fit.parameters) far += std::abs(shift.shift_sd) > 4.0 ? 1 : 0;
+  const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
+  if (far >= 4 || (far >= 2 && share > 0.5))
+    notices.push_back(
+        fmt::format("grossly inconsistent: {} parameters moved by more than 4 prior sd and the model error is "
+                    "{:.0f} % of the typical acceleration; are these recordings of the ship '{}'?",
+                    far, 100.0 * share, campaign.ship.name));
+  for (const std::string& reason : library.not_applicable()) notices.push_back("not tested: " + reason);
+  for (const EffectLibrary::Entry& entry : library.entries())
+    if (std::none_of(findings.detection.effects.begin(), findings.detection.effects.end(),
+                     [&](const Screened& s) { return s.name == entry.name; }))
+      notices.push_back(
+          fmt::format("not tested: {}: the recordings do not excite it, or only with the wrong sign", entry.name));
+}
+
+}  // namespace
+
+Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options) {
+  const auto progress = [&](double done, const std::string& note) {
+    if (options.progress) options.progress(done, note);
+  };
+  Findings findings;
+  findings.ship = ship.name;
+  findings.L_pp = ship.particulars.L_pp;
+  prepare(ship, recordings, {options.step_s, 0.0});  // what cannot be used is said before the long work
+
+  progress(0.0, "conventions");
+  findings.conventions = check_conventions(ship, recordings);
+  progress(0.03, "audit of the sensors");
+  AuditOptions audit_options;
+  audit_options.false_alarm = options.false_alarm;
+  audit_options.jobs = options.jobs;
+  audit_options.seed = options.seed;
+  // A contradicted convention would show as faults of every kind; it is read as it fits before.
+  std::vector<Trajectory> reread_recordings;
+  for (const Trajectory& recording : recordings)
+    reread_recordings.push_back(reread(recording, findings.conventions.contradicted));
+  findings.audit = audit(reread_recordings, audit_options);
+  findings.corrected =
+      options.correct && (!findings.audit.faults.empty() || !findings.conventions.contradicted.empty());
+  if (findings.corrected) {
+    recordings = std::move(reread_recordings);
+    for (Trajectory& recording : recordings) recording = corrected(recording, findings.audit.faults);
+  }
+
+  progress(0.10, "fit within the stated uncertainty");
+  Campaign campaign = prepare(ship, recordings, {options.step_s, 0.0});
+  FitOptions fit_options;
+  fit_options.jobs = options.jobs;
+  fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
+  const FittedNull fit = fit_null(campaign, fit_options);
+  findings.fit = fit.report;
+
+  progress(0.60, "effects of the catalogue");
+  const EffectLibrary library(campaign, fit);
+  DetectOptions detect_options;
+  detect_options.false_alarm = options.false_alarm;
+  detect_options.jobs = options.jobs;
+  detect_options.seed = options.seed;
+  findings.detection = detect(campaign, fit, library, detect_options);
+
+  progress(0.80, "intervals, frames, regimes");
+  LocateOptions locate_options;
+  locate_options.false_alarm = options.false_alarm;
+  locate_options.jobs = options.jobs;
+  locate_options.seed = options.seed;
+  Location location = locate(campaign, fit, locate_options);
+  findings.located = std::move(location.located);
+  judge(findings, location.scan_p_value);
+  if (findings.verdict == Verdict::no_mismatch) {  // where nothing is, nothing is located
+    findings.located.intervals.clear();
+    findings.located.regimes.clear();
+  }
+  findings.residuals = residuals(campaign, fit);
+  add_notices(findings, campaign, library);
+  progress(1.0, "done");
+  return findings;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <functional>
+
+#include "gap/campaign.hpp"
+#include "gap/findings.hpp"
+
+namespace leeway::gap {
+
+struct GapLocateOptions {
+  bool correct = true;        ///< take the faults that the audit finds out before the fit
+  double false_alarm = 0.01;  ///< rate of a mismatch, of a fault and of an interval where there is none
+  double step_s = 0.0;        ///< of the filter's grid; 0: chosen by the ship's length
+  std::size_t jobs = 1;
+  std::uint64_t seed = 1;
+  std::function<void(double done, const std::string& note)> progress;  ///< done in 0..1
+};
+
+/// All of gap-locate: conventions, audit of the sensors, fit within the stated uncertainty, detection, location.
+/// `recordings` are corrected in place where faults are found. Throws InputError for recordings that cannot be used.
+Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options);
+
+}  // namespace leeway::gap
