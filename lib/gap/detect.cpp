@@ -59,6 +59,7 @@ Refit refit(const Campaign& campaign, const FittedNull& fit, const EffectLibrary
                        fit.level_prior_sd,
                        {0, 1, 2},
                        jobs};
+  if (campaign.has_wind) problem.free.push_back(kWindLevel);
   problem.theta.head(p) = fit.theta;
   problem.prior_sd.head(p) = wide_sd;
   const Levels h = problem.minimize(levels_of(fit.noise), 10);
@@ -73,12 +74,12 @@ Refit refit(const Campaign& campaign, const FittedNull& fit, const EffectLibrary
   if (test.rank == 0 || (entry.is_one_sided && test.beta[0] < 0.0)) return result;
   constexpr double kStep = 0.15;
   std::vector<Levels> points{h};
-  for (int i = 0; i < 3; ++i)
+  for (const int i : problem.free)
     for (const double sign : {1.0, -1.0}) points.push_back(h + sign * kStep * Levels::Unit(i));
   const std::vector<double> costs = problem.costs(points);
   double variance = 0.0;
   const auto information = [&](const Levels& levels) { return test.beta.dot(project_at(levels).F * test.beta); };
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < problem.free.size(); ++i) {
     const double slope = std::log(information(points[1 + 2 * i]) / information(points[2 + 2 * i])) / (2.0 * kStep);
     const double curvature = (costs[1 + 2 * i] + costs[2 + 2 * i] - 2.0 * costs[0]) / (kStep * kStep);
     variance += slope * slope / std::max(curvature, 0.5);

@@ -41,12 +41,14 @@ struct NullFit {
   Vec3<double> sigma_w_sd = Vec3<double>::Zero();  ///< its standard error
   Vec3<double> typical = Vec3<double>::Zero();     ///< rms of the recorded accelerations, same units
   double tau_s = 0.0;                              ///< correlation time of the model error
-  std::vector<Estimate> noise;                     ///< of one sample of the filter's grid: "u_mps", "r_degps", ...
+  std::optional<double> wind_share;  ///< sd of the recorded wind's error by its mean speed, where wind is recorded
+  std::vector<Estimate> noise;       ///< of one sample of the filter's grid: "u_mps", "r_degps", ...
   double log_likelihood = 0.0, log_likelihood_per_sample = 0.0;
   std::size_t samples = 0;  ///< scalar measurements
   double step_s = 0.0;      ///< the filter's time grid
   int iterations = 0;
   double gradient = 0.0;        ///< largest, of -ln posterior by parameters in prior sd
+  double distance = 0.0;        ///< of the parameters from where the gradient vanishes, in posterior sd
   double noise_gradient = 0.0;  ///< largest, of -ln likelihood by ln of the noise levels
   bool converged = false;
   std::size_t outliers = 0;
@@ -76,6 +78,7 @@ struct Interval {
   int axis = 0;                                      ///< 0 surge, 1 sway, 2 yaw: the one where it shows most
   double p_value = 1.0;                              ///< family-wise over all intervals
   Vec3<double> acceleration = Vec3<double>::Zero();  ///< mean over the interval
+  Mat3<double> covariance = Mat3<double>::Zero();    ///< of the mean
 };
 
 /// How the residual of one axis depends on one variable.

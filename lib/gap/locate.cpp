@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "core/distributions.hpp"
@@ -281,9 +282,66 @@ std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, con
     interval.axis = run.axis;
     interval.p_value = p;
     interval.acceleration = size.cwiseProduct(unit);
+    interval.covariance = unit.asDiagonal() * information.inverse() * unit.asDiagonal();
     intervals.push_back(interval);
   }
   return intervals;
+}
+
+// ---- line of action ------------------------------------------------------------------------------------------------
+
+// N against Y of the smoothed residual; the error from leaving out groups of blocks that are long enough to differ.
+std::optional<Estimate> line_of_action(const Campaign& campaign, const FittedNull& fit,
+                                       const std::vector<Block>& blocks,
+                                       const std::vector<Eigen::Matrix3Xd>& residual) {
+  const Mat3<double> M = inertia_matrix(campaign.ship);
+  const Vec3<double> unit = unit_acceleration(campaign.ship);
+  const auto group_points = static_cast<std::size_t>(4.0 * fit.noise.tau_s / campaign.step_s) + 1;
+  std::vector<Vec2<double>> sums;  // (N Y, Y Y)
+  std::size_t points = group_points;
+  for (const Block& block : blocks) {
+    if (points >= group_points) {
+      sums.push_back(Vec2<double>::Zero());
+      points = 0;
+    }
+    points += block.end - block.begin;
+    const Eigen::Matrix3Xd& w = residual[block.stretch];
+    for (auto k = static_cast<Eigen::Index>(block.begin); k < std::min<Eigen::Index>(block.end, w.cols()); ++k) {
+      const Vec3<double> force = M * w.col(k).cwiseProduct(unit);
+      sums.back() += Vec2<double>(force(2) * force(1), force(1) * force(1));
+    }
+  }
+  const Vec2<double> total = std::accumulate(sums.begin(), sums.end(), Vec2<double>(0.0, 0.0));
+  const double L = campaign.ship.particulars.L_pp, x_F = total(0) / total(1);
+  double variance = 0.0;
+  const auto n = static_cast<double>(sums.size());
+  for (const Vec2<double>& sum : sums) {
+    const double without = (total(0) - sum(0)) / (total(1) - sum(1));
+    variance += (without - x_F) * (without - x_F) * (n - 1.0) / n;
+  }
+  if (sums.size() < 3 || !std::isfinite(x_F) || !std::isfinite(variance)) return std::nullopt;
+  return Estimate{"x_F_over_L", x_F / L, std::sqrt(variance) / L};
+}
+
+// The same from the forces in located intervals, which are estimated without shrinking them.
+std::optional<Estimate> line_of_action(const Campaign& campaign, const std::vector<Interval>& intervals) {
+  const Mat3<double> M = inertia_matrix(campaign.ship);
+  double NY = 0.0, YY = 0.0, variance = 0.0;
+  for (const Interval& interval : intervals) {
+    const Vec3<double> F = M * interval.acceleration;
+    NY += F(2) * F(1);
+    YY += F(1) * F(1);
+  }
+  const double x_F = NY / YY;
+  for (const Interval& interval : intervals) {
+    const Vec3<double> F = M * interval.acceleration;
+    const Mat3<double> P = M * interval.covariance * M.transpose();
+    variance += F(1) * F(1) * (P(2, 2) + x_F * x_F * P(1, 1) - 2.0 * x_F * P(1, 2)) / (YY * YY);
+  }
+  const double L = campaign.ship.particulars.L_pp;
+  // A side force that is hardly there has no line.
+  if (!std::isfinite(x_F) || !(std::sqrt(variance) < 0.2 * L)) return std::nullopt;
+  return Estimate{"x_F_over_L", x_F / L, std::sqrt(variance) / L};
 }
 
 // ---- module gains --------------------------------------------------------------------------------------------------
@@ -761,31 +819,9 @@ Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOpt
   result.located.frames = frames_of(campaign, fit, residual, options.jobs);
   result.located.regimes = regimes_of(campaign, fit, residual, options);
 
-  // N against Y over blocks of the recordings, their spread from leaving one out.
-  if (result.located.share[1] > 0.05) {
-    const Mat3<double> M = inertia_matrix(campaign.ship);
-    const Vec3<double> unit = unit_acceleration(campaign.ship);
-    std::vector<Vec2<double>> sums;  // (N Y, Y Y)
-    for (const Block& block : blocks.blocks) {
-      Vec2<double> sum = Vec2<double>::Zero();
-      const Eigen::Matrix3Xd& w = residual[block.stretch];
-      for (auto k = static_cast<Eigen::Index>(block.begin); k < std::min<Eigen::Index>(block.end, w.cols()); ++k) {
-        const Vec3<double> force = M * w.col(k).cwiseProduct(unit);
-        sum += Vec2<double>(force(2) * force(1), force(1) * force(1));
-      }
-      sums.push_back(sum);
-    }
-    const Vec2<double> total = std::accumulate(sums.begin(), sums.end(), Vec2<double>(0.0, 0.0));
-    const double L = campaign.ship.particulars.L_pp, x_F = total(0) / total(1);
-    double variance = 0.0;
-    const auto n = static_cast<double>(sums.size());
-    for (const Vec2<double>& sum : sums) {
-      const double without = (total(0) - sum(0)) / (total(1) - sum(1));
-      variance += (without - x_F) * (without - x_F) * (n - 1.0) / n;
-    }
-    if (std::isfinite(x_F) && std::isfinite(variance))
-      result.located.line_of_action = {"x_F_over_L", x_F / L, std::sqrt(variance) / L};
-  }
+  if (result.located.share[1] > 0.05)
+    result.located.line_of_action = line_of_action(campaign, fit, blocks.blocks, residual);
+  if (const auto sharper = line_of_action(campaign, result.located.intervals)) result.located.line_of_action = sharper;
   return result;
 }
 

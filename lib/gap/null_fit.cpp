@@ -15,12 +15,13 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kOutlier = 6.0;       // sd of the innovation
-constexpr double kThetaAtRest = 0.02;  // of a prior sd
-constexpr double kNoiseAtRest = 0.03;  // of ln level
-constexpr double kLargestStep = 0.7;   // of theta in one iteration
-constexpr double kDifference = 0.02;   // for derivatives by ln level
-constexpr double kFarLevel = 40.0;     // nothing is e^40 of its unit
+constexpr double kOutlier = 6.0;           // sd of the innovation
+constexpr double kThetaAtRest = 0.02;      // of a prior sd
+constexpr double kNear = 0.3, kFar = 1.5;  // distance from the best parameters in their posterior sd
+constexpr double kNoiseAtRest = 0.03;      // of ln level
+constexpr double kLargestStep = 0.7;       // of theta in one iteration
+constexpr double kDifference = 0.02;       // for derivatives by ln level
+constexpr double kFarLevel = 40.0;         // nothing is e^40 of its unit
 
 double robust_sd(std::vector<double> x) {
   if (x.empty()) return 0.0;
@@ -110,7 +111,7 @@ double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Ei
 
 Levels levels_of(const Noise& noise) {
   Levels h;
-  h << noise.sigma_w, noise.tau_s, noise.measurement_sd[0], noise.measurement_sd.tail<4>();
+  h << noise.sigma_w, noise.tau_s, noise.measurement_sd[0], noise.measurement_sd.tail<4>(), noise.wind_share;
   return h.array().log();
 }
 
@@ -119,7 +120,8 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   Noise noise = like;
   noise.sigma_w = x.head<3>();
   noise.tau_s = x[3];
-  noise.measurement_sd << x[4], x[4], x.tail<4>();
+  noise.measurement_sd << x[4], x[4], x.segment<4>(5);
+  noise.wind_share = x[kWindLevel];
   return noise;
 }
 
@@ -203,6 +205,9 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   fit.level_prior_mean[2] -= std::log(0.25 * campaign.ship.particulars.L_pp);
   fit.level_prior_sd.setConstant(3.0);
   fit.level_prior_sd[3] = 0.5;
+  fit.level_prior_sd[kWindLevel] = 1.0;
+  std::vector<int> free_levels{0, 1, 2, 3, 4, 5, 6, 7, 8};
+  if (campaign.has_wind) free_levels.push_back(kWindLevel);
 
   const std::size_t n = campaign.stretches.size();
   std::vector<std::vector<StateVector>> paths(n);
@@ -215,19 +220,20 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     parallel_for(n, options.jobs, [&](std::size_t s) {
       fit.stretches[s] = linearize(campaign.ship, campaign.stretches[s], paths[s], fit.theta);
     });
-    const LevelProblem levels{fit.stretches,      fit.theta,
-                              prior_sd,           {},
-                              fit.noise,          fit.level_prior_mean,
-                              fit.level_prior_sd, {0, 1, 2, 3, 4, 5, 6, 7, 8},
-                              options.jobs};
+    const LevelProblem levels{fit.stretches,        fit.theta,          prior_sd,    {},          fit.noise,
+                              fit.level_prior_mean, fit.level_prior_sd, free_levels, options.jobs};
     fit.total = levels.total(fit.noise);
     const Eigen::VectorXd precision = prior_sd.array().square().inverse();
     const Eigen::VectorXd slope = fit.total.b - precision.cwiseProduct(fit.theta);
     fit.report.iterations = iteration;
     fit.report.gradient = slope.cwiseProduct(prior_sd).cwiseAbs().maxCoeff();
     if (!std::isfinite(fit.total.log_likelihood)) throw NumericalError("the filter diverged along the recordings");
-    fit.report.converged = iteration > 2 && moved < kThetaAtRest && noise_moved < kNoiseAtRest;
-    if (fit.report.converged || iteration == options.most_iterations) break;
+    Eigen::MatrixXd M = fit.total.F;
+    M.diagonal() += precision;
+    fit.report.distance = std::sqrt(std::max(0.0, slope.dot(M.llt().solve(slope))));
+    const bool is_at_rest = iteration > 2 && moved < kThetaAtRest && noise_moved < kNoiseAtRest;
+    fit.report.converged = is_at_rest && fit.report.distance < kFar;
+    if ((is_at_rest && fit.report.distance < kNear) || iteration == options.most_iterations) break;
 
     // Noise levels, once the path has been smoothed for the first time.
     if (iteration > 0 && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
@@ -236,7 +242,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
       noise_moved = (h - before).cwiseAbs().maxCoeff();
       fit.total = levels.total(fit.noise);
     }
-    Eigen::MatrixXd M = fit.total.F;
+    M = fit.total.F;
     M.diagonal() += precision;
     Eigen::VectorXd step = M.llt().solve(fit.total.b - precision.cwiseProduct(fit.theta));
     if (const double largest = step.cwiseAbs().maxCoeff(); largest > kLargestStep) step *= kLargestStep / largest;
@@ -266,11 +272,8 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
                [&](std::size_t s) { fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, Eigen::VectorXd::Zero(p)); });
 
   // Standard errors of the levels from the curvature.
-  const LevelProblem problem{fit.stretches,      fit.theta,
-                             prior_sd,           {},
-                             fit.noise,          fit.level_prior_mean,
-                             fit.level_prior_sd, {0, 1, 2, 3, 4, 5, 6, 7, 8},
-                             options.jobs};
+  const LevelProblem problem{fit.stretches,        fit.theta,          prior_sd,    {},          fit.noise,
+                             fit.level_prior_mean, fit.level_prior_sd, free_levels, options.jobs};
   const Levels h = levels_of(fit.noise);
   constexpr double kWide = 0.2;
   std::vector<Levels> points{h};
@@ -286,6 +289,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   report.noise_gradient = problem.gradient(h);
   report.sigma_w = fit.noise.sigma_w;
   report.tau_s = fit.noise.tau_s;
+  if (campaign.has_wind) report.wind_share = fit.noise.wind_share;
   report.typical = typical_acceleration(fit.stretches);
   report.step_s = campaign.step_s;
   report.samples = fit.total.measurements;

@@ -5,8 +5,8 @@
 
 namespace leeway::gap {
 
-/// The noise levels as one vector of logarithms: sigma_w (3), tau, position, heading, u, v_m, r.
-inline constexpr int kLevels = 9;
+/// The noise levels as one vector of logarithms: sigma_w (3), tau, position, heading, u, v_m, r, share of the wind.
+inline constexpr int kLevels = 10, kWindLevel = 9;
 using Levels = Eigen::Matrix<double, kLevels, 1>;
 Levels levels_of(const Noise& noise);
 Noise noise_of(const Levels& levels, const Noise& like);
