@@ -171,7 +171,7 @@ Levels LevelProblem::minimize(const Levels& start, int most_iterations) const {
   ceres::GradientProblemSolver::Options solver;
   solver.line_search_direction_type = ceres::BFGS;
   solver.max_num_iterations = most_iterations;
-  solver.gradient_tolerance = 0.02;  // nats by ln level: a standard error is of the order of 0.1
+  solver.gradient_tolerance = 0.1;  // nats by ln level: far below a standard error, where the slope is 1 and more
   solver.function_tolerance = 1e-9;
   solver.logging_type = ceres::SILENT;
   ceres::GradientProblemSolver::Summary summary;
@@ -237,7 +237,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
 
     // Noise levels, once the path has been smoothed for the first time.
     if (iteration > 0 && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
-      const Levels before = levels_of(fit.noise), h = levels.minimize(before, iteration < 3 ? 6 : 12);
+      const Levels before = levels_of(fit.noise), h = levels.minimize(before, iteration < 3 ? 5 : 10);
       fit.noise = noise_of(h, fit.noise);
       noise_moved = (h - before).cwiseAbs().maxCoeff();
       fit.total = levels.total(fit.noise);

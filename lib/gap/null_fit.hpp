@@ -53,7 +53,7 @@ struct LevelProblem {
   Levels prior_mean, prior_sd_of_levels;
   std::vector<int> free;  ///< the levels that may move
   std::size_t jobs = 1;
-  std::size_t most_points = 8000;  ///< costs and their derivatives come from stretches with about this many points
+  std::size_t most_points = 4000;  ///< costs and their derivatives come from stretches with about this many points
 
   /// -ln posterior at each point.
   std::vector<double> costs(const std::vector<Levels>& points) const;

@@ -107,7 +107,8 @@ Filter::Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index co
       stretch_(stretch),
       noise_(noise),
       wind_sd_(noise.wind_share * stretch.data->wind_speed_mps),
-      row_(count) {
+      row_(count),
+      top_(kShipStates, count) {
   const StateVector& x = stretch.path.front();
   mean.tail<kStates - kErrorStart>() = -x.tail<kStates - kErrorStart>();
   covariance.diagonal().head<kShipStates>() = stretch.initial_sd.array().square();
@@ -137,7 +138,11 @@ void Filter::predict(std::size_t k) {
         (1.0 - A(kErrorStart + i, kErrorStart + i) * A(kErrorStart + i, kErrorStart + i));
   for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
   covariance.diagonal().array() += kTiny;
-  if (columns.cols() > 0) columns = A * columns;
+  if (columns.cols() > 0) {
+    top_.noalias() = stretch_.steps[k].A * columns;
+    columns.topRows<kShipStates>() = top_;
+    for (int i = kErrorStart; i < kStates; ++i) columns.row(i) *= A(i, i);
+  }
 }
 
 std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,

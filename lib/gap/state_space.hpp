@@ -110,7 +110,7 @@ class Filter {
       innovation(i, e * per_root, row_, S);
       const StateVector K = covariance.col(i) / S;
       mean += K * e;
-      columns.noalias() -= K * (row_ / per_root);
+      columns.noalias() -= (K / per_root) * row_;
       covariance.noalias() -= K * (K * S).transpose();
     }
   }
@@ -125,6 +125,7 @@ class Filter {
   const Noise& noise_;
   double wind_sd_;
   Eigen::RowVectorXd row_;
+  Eigen::Matrix<double, kShipStates, Eigen::Dynamic> top_;
 };
 
 /// Evidence about the parameters theta (columns G), and about more columns: `more(k, out)` writes the additions of step
