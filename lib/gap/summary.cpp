@@ -81,7 +81,7 @@ std::string sensors(const Findings& findings) {
 
 std::string model_error(const NullFit& fit, int axis) {
   const double scale = axis < 2 ? 1e3 : 1.0 / kDegree;
-  return fmt::format("{:<6}{} {}, {} of the typical acceleration", kAxisNames[static_cast<std::size_t>(axis)],
+  return fmt::format("{} {} {}, {} of the typical acceleration", kAxisNames[static_cast<std::size_t>(axis)],
                      with_sd(fit.sigma_w(axis) * scale, fit.sigma_w_sd(axis) * scale), axis < 2 ? "mm/s^2" : "deg/s^2",
                      percent(fit.sigma_w(axis) / fit.typical(axis)));
 }
@@ -186,7 +186,7 @@ std::string summary(const Findings& findings) {
   unknown.insert(unknown.end(), findings.conventions.unchecked.begin(), findings.conventions.unchecked.end());
   if (findings.audit.verdict != Audit::Verdict::unchecked)
     unknown.insert(unknown.end(), findings.audit.notices.begin(), findings.audit.notices.end());
-  if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, same), 4);
+  if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, same), 3);
   screen.item("Next", next_step(findings), 2);
   return std::move(screen).text();
 }

@@ -77,7 +77,7 @@ std::string percent(double share) {
   if (!std::isfinite(share)) return "unknown";
   const double value = 100.0 * share;
   if (value != 0.0 && std::abs(value) < 0.1) return "< 0.1 %";
-  return fmt::format(std::abs(value) < 10.0 ? "{:.1f} %" : "{:.0f} %", value);
+  return fmt::format("{:.{}f} %", value, std::abs(value) < 10.0 ? 1 : 0);
 }
 
 }  // namespace leeway::gap
