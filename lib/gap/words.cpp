@@ -63,7 +63,7 @@ std::string unit_of(std::string_view name) {
 std::string with_sd(double value, double sd) {
   if (!std::isfinite(value)) return "unknown";
   if (!std::isfinite(sd) || sd <= 0.0) return fmt::format("{:.3g}", value);
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(sd)));
+  const int decimals = -static_cast<int>(std::floor(std::log10(sd / 3.0)));
   if (decimals > 6) return fmt::format("{:.2e} +- {:.1e}", value, sd);
   return fmt::format("{:.{}f} +- {:.{}f}", value, std::max(decimals, 0), sd, std::max(decimals, 0));
 }

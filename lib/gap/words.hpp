@@ -20,7 +20,8 @@ std::string frame_meaning(const std::string& name);
 /// The unit that a name carries, "deg/s" for "rate_bias_degps"; "1" where it carries none.
 std::string unit_of(std::string_view name);
 
-/// "1.42 +- 0.08": two digits of the standard deviation; three of the value where there is none.
+/// "1.42 +- 0.08": one digit of the standard deviation, two where it begins with 1 or 2; three digits
+/// of the value where there is none.
 std::string with_sd(double value, double sd);
 
 /// "p = 0.0021", "p < 0.0001", "p unknown".
