@@ -537,7 +537,7 @@
               title: axisTitle(
                   'position in ship lengths; stern ' + MINUS +
                   '0.5, midship 0, bow 0.5 (bar: two standard deviations)'),
-              ticks: {callback: (v) => short(v, 2)}
+              ticks: {callback: (v) => short(v, 2), includeBounds: false}
             },
             y: {min: -0.13, max: 0.13, display: false},
           },
