@@ -1,0 +1,90 @@
+#include <cstdio>
+#include <filesystem>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "cli/options.hpp"
+#include "cli/progress.hpp"
+#include "gap/gap_locate.hpp"
+#include "gap/locate_json.hpp"
+#include "gap/report_html.hpp"
+#include "gap/residual_csv.hpp"
+#include "gap/summary.hpp"
+#include "io/files.hpp"
+
+using namespace leeway;
+
+namespace {
+
+struct Options {
+  std::string ship, columns, output, write_corrected;
+  std::vector<std::string> recordings;
+  bool no_correct = false;
+  double false_alarm = 0.01, step_s = 0.0;
+  cli::CommonOptions common;
+};
+
+void add_options(CLI::App& app, Options& o) {
+  app.add_option("recordings", o.recordings, "recordings: CSV files")->required();
+  app.add_option("--ship", o.ship, "the simulator: a ship's JSON file or a shipped name")->required();
+  app.add_option("--columns", o.columns, "columns map of the recordings (JSON), or the name of a shipped one");
+  app.add_flag("--no-correct", o.no_correct, "leave the sensor faults that are found in the recordings");
+  app.add_option("--write-corrected", o.write_corrected, "folder for the recordings with the faults taken out");
+  app.add_option("--false-alarm", o.false_alarm, "rate of finding something where there is nothing")
+      ->check(cli::in_range(1e-4, 0.2))
+      ->capture_default_str();
+  app.add_option("--step-s", o.step_s, "time grid of the filter [s] (default: 2 sqrt(L_pp/g))")->check(cli::positive());
+  app.add_option("-o,--output", o.output, "folder for locate.json, report.html and NAME.residual.csv")->required();
+  cli::add_common_options(app, o.common);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Options o;
+  CLI::App app{
+      "Compare recordings with the simulator: is there a mismatch, is it the sensors or the physics, and where does it "
+      "sit?",
+      "gap-locate"};
+  add_options(app, o);
+  if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
+
+  const Ship ship = read_ship(o.ship);
+  std::vector<Trajectory> recordings = cli::read_recordings(o.recordings, o.columns, o.common.jobs);
+  gap::GapLocateOptions options;
+  options.correct = !o.no_correct;
+  options.false_alarm = o.false_alarm;
+  options.step_s = o.step_s;
+  options.jobs = o.common.jobs;
+  options.seed = o.common.seed;
+  gap::Findings findings;
+  {
+    cli::Progress progress("locating", 1.0, o.common);
+    options.progress = [&](double done, const std::string& note) { progress.update(done, note); };
+    findings = gap::gap_locate(ship, recordings, options);
+  }
+
+  io::make_directories(o.output);
+  const std::filesystem::path folder(o.output);
+  std::vector<std::string> inputs{ship.file};
+  inputs.insert(inputs.end(), o.recordings.begin(), o.recordings.end());
+  io::Json json = gap::to_json(findings);
+  json["provenance"] = cli::provenance(app, o.common, inputs, {"--write-corrected"});
+  for (const gap::Residual& residual : findings.residuals)
+    io::write_text((folder / (residual.recording + ".residual.csv")).string(), gap::residual_text(residual));
+  if (!o.write_corrected.empty()) {
+    io::make_directories(o.write_corrected);
+    for (const Trajectory& recording : recordings)
+      io::write_trajectory((std::filesystem::path(o.write_corrected) / (recording.name + ".csv")).string(), recording);
+  }
+  io::write_text((folder / "report.html").string(),
+                 gap::report_html(findings, "Recordings against " + ship.name,
+                                  json["provenance"].value("command", std::string())));
+  io::write_text((folder / "locate.json").string(), io::to_text(json));
+  cli::warn_all(findings.notices);
+  if (!o.common.quiet) fmt::print(stderr, "{}", gap::summary(findings));
+  return cli::kOk;
+} catch (...) {
+  return cli::report_current_exception("gap-locate");
+}

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "gap/findings.hpp"
+#include "io/json.hpp"
+
+namespace leeway::gap {
+
+/// The contents of locate.json but for `provenance`; keys and units in docs/gap-locate.md. A number that is not finite
+/// becomes null.
+io::Json to_json(const Findings& findings);
+
+}  // namespace leeway::gap

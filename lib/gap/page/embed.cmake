@@ -1,0 +1,15 @@
+# Writes a C++ source that holds the files of the page as texts, byte for byte:
+#   cmake -DOUTPUT=page_parts.cpp -DPAGE=... -DSTYLE=... -DSCRIPT=... -DCHARTS=... -P embed.cmake
+set(source "// Made by lib/gap/page/embed.cmake.\n#include \"gap/page/page_parts.hpp\"\n\nnamespace leeway::gap {\n")
+foreach(part PAGE STYLE SCRIPT CHARTS)
+  file(READ "${${part}}" text)
+  string(FIND "${text}" ")leeway\"" end_of_text)
+  if(NOT end_of_text EQUAL -1)
+    message(FATAL_ERROR "${${part}}: holds the mark that ends a text in the C++ source")
+  endif()
+  string(TOLOWER "${part}" name)
+  string(SUBSTRING "${name}" 1 -1 rest)
+  string(SUBSTRING "${part}" 0 1 initial)
+  string(APPEND source "const std::string_view k${initial}${rest} = R\"leeway(${text})leeway\";\n")
+endforeach()
+file(WRITE "${OUTPUT}" "${source}}  // namespace leeway::gap\n")

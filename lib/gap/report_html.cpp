@@ -1,0 +1,164 @@
+#include "gap/report_html.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/units.hpp"
+#include "gap/locate_json.hpp"
+#include "gap/page/page_parts.hpp"
+#include "gap/summary.hpp"
+
+namespace leeway::gap {
+namespace {
+
+using io::Json;
+
+constexpr std::size_t kPointsPerLine = 1500;  // about the pixels of a wide screen
+constexpr std::size_t kPointsInAll = 20000;   // per axis: keeps a page of many recordings below 3 MB
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      case '\'':
+        result += "&#39;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
+}
+
+// JSON that can stand in a <script>: its '<' only occur in texts, where \u003c means the same.
+std::string in_script(const Json& json) {
+  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string result;
+  result.reserve(text.size());
+  for (const char c : text) {
+    if (c == '<')
+      result += "\\u003c";
+    else
+      result += c;
+  }
+  return result;
+}
+
+// Few digits, as a screen shows them.
+Json rounded(double value, int digits) {
+  if (!std::isfinite(value)) return nullptr;
+  const std::string text = fmt::format("{:.{}g}", value, digits);
+  double result = value;
+  std::from_chars(text.data(), text.data() + text.size(), result);
+  return result;
+}
+
+Json picked(const std::vector<double>& values, const std::vector<std::size_t>& at, int digits) {
+  Json result = Json::array();
+  for (const std::size_t i : at) result.push_back(rounded(values[i], digits));
+  return result;
+}
+
+std::vector<double> component(const std::vector<Vec3<double>>& values, int c, std::size_t count, double factor = 1.0) {
+  std::vector<double> result(count, kMissing);
+  for (std::size_t i = 0; i < std::min(count, values.size()); ++i) result[i] = values[i](c) * factor;
+  return result;
+}
+
+Json drawn(const Residual& residual, std::size_t limit) {
+  const std::size_t count = residual.t_s.size();
+  Json lines = Json::array();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double factor = axis < 2 ? 1.0 : 1.0 / kDegree;
+    const std::vector<double> value = component(residual.acceleration, axis, count, factor);
+    const std::vector<double> sd = component(residual.acceleration_sd, axis, count, factor);
+    const std::vector<std::size_t> at = thinned({&value, 1}, count, limit);
+    lines.push_back({{"t_s", picked(residual.t_s, at, 8)}, {"value", picked(value, at, 4)}, {"sd", picked(sd, at, 3)}});
+  }
+  Json track = nullptr;
+  if (residual.has_position && count > 0 && residual.eta.size() == count) {
+    const std::array<std::vector<double>, 2> xy{component(residual.eta, 0, count), component(residual.eta, 1, count)};
+    const std::vector<std::size_t> at = thinned(xy, count, limit);
+    track = {{"t_s", picked(residual.t_s, at, 8)}, {"x0_m", picked(xy[0], at, 7)}, {"y0_m", picked(xy[1], at, 7)}};
+  }
+  return {{"recording", residual.recording}, {"file", residual.file}, {"lines", lines}, {"track", track}};
+}
+
+}  // namespace
+
+std::vector<std::size_t> thinned(std::span<const std::vector<double>> lines, std::size_t count, std::size_t limit) {
+  std::vector<std::size_t> kept;
+  const std::size_t stretches = std::max<std::size_t>(1, limit / (2 * std::max<std::size_t>(1, lines.size())));
+  if (count <= limit) {
+    for (std::size_t i = 0; i < count; ++i) kept.push_back(i);
+    return kept;
+  }
+  for (std::size_t s = 0; s < stretches; ++s) {
+    const std::size_t begin = s * count / stretches, end = (s + 1) * count / stretches;
+    for (const std::vector<double>& line : lines) {
+      std::size_t lowest = end, highest = end, missing = end;
+      for (std::size_t i = begin; i < end; ++i) {
+        if (std::isnan(line[i])) {
+          missing = std::min(missing, i);
+          continue;
+        }
+        if (lowest == end || line[i] < line[lowest]) lowest = i;
+        if (highest == end || line[i] > line[highest]) highest = i;
+      }
+      for (const std::size_t i : {lowest, highest, missing})
+        if (i < end) kept.push_back(i);
+    }
+  }
+  kept.push_back(0);
+  kept.push_back(count - 1);
+  std::sort(kept.begin(), kept.end());
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  return kept;
+}
+
+std::string report_html(const Findings& findings, const std::string& title, const std::string& provenance) {
+  Json recordings = Json::array();
+  const std::size_t limit =
+      std::min(kPointsPerLine, kPointsInAll / std::max<std::size_t>(1, findings.residuals.size()));
+  for (const Residual& residual : findings.residuals)
+    recordings.push_back(drawn(residual, std::max<std::size_t>(limit, 50)));
+  const std::string data = in_script(
+      {{"title", title}, {"provenance", provenance}, {"findings", to_json(findings)}, {"recordings", recordings}});
+  const std::string escaped_title = escaped(title), escaped_summary = escaped(summary(findings));
+  const std::pair<std::string_view, std::string_view> parts[] = {
+      {"title", escaped_title}, {"summary", escaped_summary}, {"style", kStyle},
+      {"data", data},           {"charts", kCharts},          {"script", kScript},
+  };
+  // Each placeholder {{name}} of the page is filled once; what is filled in is not looked at again.
+  std::string html;
+  std::string_view rest = kPage;
+  for (;;) {
+    const std::size_t open = rest.find("{{");
+    html += rest.substr(0, open);
+    if (open == std::string_view::npos) return html;
+    const std::size_t close = rest.find("}}", open);
+    const std::string_view name = rest.substr(open + 2, close - open - 2);
+    html +=
+        std::find_if(std::begin(parts), std::end(parts), [&](const auto& part) { return part.first == name; })->second;
+    rest.remove_prefix(close + 2);
+  }
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,194 @@
+#include "gap/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/units.hpp"
+#include "gap/words.hpp"
+
+namespace leeway::gap {
+namespace {
+
+constexpr std::size_t kWidth = 100, kLabel = 12;
+
+// Characters, not bytes: UTF-8 continuation bytes do not count.
+std::size_t length(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+// The first characters of a text, whole ones.
+std::string_view head(std::string_view text, std::size_t characters) {
+  std::size_t end = 0;
+  while (end < text.size() && (characters > 0 || (text[end] & 0xC0) == 0x80)) {
+    if ((text[end] & 0xC0) != 0x80) --characters;
+    ++end;
+  }
+  return text.substr(0, end);
+}
+
+/// Labeled paragraphs, wrapped and cut to their share of the screen.
+class Screen {
+ public:
+  void item(std::string_view label, std::string_view words, std::size_t max_lines) {
+    const std::size_t room = kWidth - kLabel;
+    std::vector<std::string> lines(1);
+    for (std::size_t begin = 0; begin < words.size();) {
+      std::size_t end = words.find_first_of(" \t\r\n", begin);
+      if (end == std::string_view::npos) end = words.size();
+      std::string_view one = words.substr(begin, end - begin);
+      begin = end + 1;
+      if (one.empty()) continue;
+      if (!lines.back().empty() && length(lines.back()) + 1 + length(one) > room) lines.emplace_back();
+      if (!lines.back().empty()) lines.back() += ' ';
+      lines.back() += length(one) > room ? std::string(head(one, room - 3)) + "..." : std::string(one);
+    }
+    if (lines.size() > max_lines) {
+      lines.resize(max_lines);
+      lines.back() = std::string(head(lines.back(), room - 4)) + " ...";
+    }
+    for (const std::string& line : lines) {
+      text_ += fmt::format("{:<{}}{}\n", label, kLabel, line);
+      label = "";
+    }
+  }
+  std::string text() && { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+// The first few of a list as one text, and how many more there are.
+template <typename Items, typename Tell>
+std::string first_of(const Items& items, std::size_t n, const Tell& tell) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(n, items.size()); ++i) text += (i > 0 ? "; " : "") + std::string(tell(items[i]));
+  if (items.size() > n) text += fmt::format("; {} more", items.size() - n);
+  return text;
+}
+
+std::string sensors(const Findings& findings) {
+  const Audit& audit = findings.audit;
+  if (!audit.faults.empty())
+    return first_of(audit.faults, 3, [](const Fault& f) { return f.sentence; }) +
+           (findings.corrected ? ". Taken out before what follows." : ". Still in the data: it spoils what follows.");
+  if (audit.verdict == Audit::Verdict::consistent) return "the recordings agree with themselves";
+  return "not checked" + (audit.notices.empty() ? "" : ": " + audit.notices.front());
+}
+
+std::string model_error(const NullFit& fit, int axis) {
+  const double scale = axis < 2 ? 1e3 : 1.0 / kDegree;
+  return fmt::format("{} {} {}, {} of the typical acceleration", kAxisNames[static_cast<std::size_t>(axis)],
+                     with_sd(fit.sigma_w(axis) * scale, fit.sigma_w_sd(axis) * scale), axis < 2 ? "mm/s^2" : "deg/s^2",
+                     percent(fit.sigma_w(axis) / fit.typical(axis)));
+}
+
+void add_where(Screen& screen, const Findings& findings) {
+  const Located& located = findings.located;
+  if (located.share.sum() > 0.0) {
+    std::array<int, 3> axes{0, 1, 2};
+    std::sort(axes.begin(), axes.end(), [&](int a, int b) { return located.share(a) > located.share(b); });
+    std::vector<std::string> shares;
+    for (const int a : axes)
+      shares.push_back(fmt::format("{} {}", kAxisNames[static_cast<std::size_t>(a)], percent(located.share(a))));
+    screen.item("Direction", fmt::format("{} of what is missing", fmt::join(shares, ", ")), 1);
+  }
+  if (const auto& line = located.line_of_action)
+    screen.item(
+        "Acts at",
+        fmt::format("{} ship lengths {} of midship{}", with_sd(std::abs(line->value), line->sd),
+                    line->value < 0.0 ? "astern" : "ahead",
+                    std::abs(line->value) > 0.5 ? " (beyond the hull: a turning moment more than a force)" : ""),
+        1);
+  if (!located.intervals.empty())
+    screen.item("When",
+                first_of(located.intervals, 3,
+                         [](const Interval& i) {
+                           return fmt::format("{} {:.4g} to {:.4g} s, {} ({})", i.recording, i.t_start_s, i.t_end_s,
+                                              kAxisNames.at(static_cast<std::size_t>(i.axis)), p_value(i.p_value));
+                         }),
+                3);
+  if (!located.frames.empty())
+    screen.item("Steady in",
+                fmt::format("the force {}: this explains {} of it", frame_meaning(located.frames.front().name),
+                            percent(located.frames.front().share)),
+                1);
+  if (!located.regimes.empty())
+    screen.item("Goes with", first_of(located.regimes, 2, [](const Regime& r) { return r.sentence; }), 3);
+  if (!located.modules.empty() && located.modules.front().log_likelihood_gain > 0.0)
+    screen.item("Module",
+                fmt::format("a {} force that may vary leaves {} of the model error", located.modules.front().module,
+                            percent(located.modules.front().sigma_w_factor)),
+                1);
+}
+
+std::string next_step(const Findings& findings) {
+  if (!findings.conventions.contradicted.empty())
+    return "settle signs, units and frames first (a columns map, or the recorder's manual), then run again";
+  if (!findings.audit.faults.empty() && !findings.corrected) return "repair or correct the sensors, then run again";
+  if (!findings.fit.converged)
+    return "the fit has not converged: do not rely on the above; check the ship's particulars and the recordings";
+  switch (findings.verdict) {
+    case Verdict::mismatch:
+      return "gap-explain, to name what is missing; report.html shows when and where";
+    case Verdict::no_mismatch:
+      return "nothing to add to the model on this evidence; the model error above is what remains";
+    case Verdict::undecided:
+      break;
+  }
+  return "more recordings: other headings, speeds and maneuvers than these";
+}
+
+}  // namespace
+
+std::string summary(const Findings& findings) {
+  const Detection& detection = findings.detection;
+  Screen screen;
+  std::string verdict{word(findings.verdict)};
+  std::transform(verdict.begin(), verdict.end(), verdict.begin(),
+                 [](char c) { return c == '-' ? ' ' : static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c); });
+  screen.item("Verdict",
+              fmt::format("{} ({}). {} {}", verdict, p_value(detection.p_value), headline(findings), detection.reason),
+              4);
+
+  const auto sentence = [](const Reading& r) { return r.sentence; };
+  const auto same = [](const std::string& s) -> const std::string& { return s; };
+  if (!findings.conventions.contradicted.empty())
+    screen.item("Conventions", first_of(findings.conventions.contradicted, 2, sentence), 2);
+  else if (!findings.conventions.tested.empty())
+    screen.item("Conventions", "signs, units and frames read as stated fit best", 1);
+  screen.item("Sensors", sensors(findings), 4);
+
+  for (int axis = 0; axis < 3; ++axis) screen.item(axis == 0 ? "Model error" : "", model_error(findings.fit, axis), 1);
+
+  add_where(screen, findings);
+
+  std::vector<ParameterShift> moved;
+  for (const ParameterShift& p : findings.fit.parameters)
+    if (std::abs(p.shift_sd) > 2.0) moved.push_back(p);
+  std::stable_sort(moved.begin(), moved.end(), [](const ParameterShift& a, const ParameterShift& b) {
+    return std::abs(a.shift_sd) > std::abs(b.shift_sd);
+  });
+  if (!moved.empty())
+    screen.item("Parameters",
+                first_of(moved, 4,
+                         [](const ParameterShift& p) {
+                           return fmt::format("{} x {:.2f} ({:+.1f} sd of its uncertainty)", p.name, p.factor,
+                                              p.shift_sd);
+                         }) +
+                    ": they may stand in for missing physics",
+                2);
+
+  std::vector<std::string> unknown = findings.notices;
+  unknown.insert(unknown.end(), findings.conventions.unchecked.begin(), findings.conventions.unchecked.end());
+  if (findings.audit.verdict != Audit::Verdict::unchecked)
+    unknown.insert(unknown.end(), findings.audit.notices.begin(), findings.audit.notices.end());
+  if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, same), 3);
+  screen.item("Next", next_step(findings), 2);
+  return std::move(screen).text();
+}
+
+}  // namespace leeway::gap

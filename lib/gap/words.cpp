@@ -1,0 +1,83 @@
+#include "gap/words.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace leeway::gap {
+
+std::string_view word(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::mismatch:
+      return "mismatch";
+    case Verdict::no_mismatch:
+      return "no-mismatch";
+    case Verdict::undecided:
+      break;
+  }
+  return "undecided";
+}
+
+std::string headline(const Findings& findings) {
+  const std::string& ship = findings.ship.empty() ? "the ship" : findings.ship;
+  switch (findings.verdict) {
+    case Verdict::mismatch:
+      return fmt::format("The simulator of {} and the recordings differ by more than noise and stated uncertainty.",
+                         ship);
+    case Verdict::no_mismatch:
+      return fmt::format("The recordings agree with the simulator of {} within noise and stated uncertainty.", ship);
+    case Verdict::undecided:
+      break;
+  }
+  return fmt::format("These recordings do not decide whether the simulator of {} lacks something.", ship);
+}
+
+std::string frame_meaning(const std::string& name) {
+  static constexpr std::pair<std::string_view, std::string_view> kMeanings[] = {
+      {"body", "fixed to the ship"},
+      {"earth", "fixed to the earth"},
+      {"apparent-wind", "follows the apparent wind"},
+      {"water-speed", "follows the speed through the water"},
+      {"position", "belongs to the place"},
+      {"actuator", "follows rudder, propeller or thruster"},
+  };
+  for (const auto& [known, meaning] : kMeanings)
+    if (name == known) return std::string(meaning);
+  return name;
+}
+
+std::string unit_of(std::string_view name) {
+  static constexpr std::pair<std::string_view, std::string_view> kUnits[] = {
+      {"s", "s"},     {"m", "m"},         {"mps", "m/s"}, {"mps2", "m/s^2"}, {"deg", "deg"}, {"degps", "deg/s"},
+      {"rad", "rad"}, {"radps", "rad/s"}, {"rps", "1/s"}, {"kn", "kn"},      {"1ps", "1/s"}, {"degps2", "deg/s^2"},
+  };
+  const std::size_t underscore = name.rfind('_');
+  if (underscore != std::string_view::npos)
+    for (const auto& [suffix, unit] : kUnits)
+      if (name.substr(underscore + 1) == suffix) return std::string(unit);
+  return "1";
+}
+
+std::string with_sd(double value, double sd) {
+  if (!std::isfinite(value)) return "unknown";
+  if (!std::isfinite(sd) || sd <= 0.0) return fmt::format("{:.3g}", value);
+  const int decimals = -static_cast<int>(std::floor(std::log10(sd / 3.0)));
+  if (decimals > 6) return fmt::format("{:.2e} +- {:.1e}", value, sd);
+  return fmt::format("{:.{}f} +- {:.{}f}", value, std::max(decimals, 0), sd, std::max(decimals, 0));
+}
+
+std::string p_value(double p) {
+  if (std::isnan(p)) return "p unknown";
+  return p < 1e-4 ? "p < 0.0001" : fmt::format("p = {:.2g}", p);
+}
+
+std::string percent(double share) {
+  if (!std::isfinite(share)) return "unknown";
+  const double value = 100.0 * share;
+  if (value != 0.0 && std::abs(value) < 0.1) return "< 0.1 %";
+  return fmt::format("{:.{}f} %", value, std::abs(value) < 10.0 ? 1 : 0);
+}
+
+}  // namespace leeway::gap
