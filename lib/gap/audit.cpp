@@ -174,6 +174,12 @@ class Fitter {
     return faults;
   }
 
+  VectorXd own_numbers(const FaultModel& model, std::size_t place) const {
+    Index begin = 0;
+    for (std::size_t m = 0; m < place; ++m) begin += size_of(model.members[m]);
+    return model.numbers.segment(begin, size_of(model.members[place]));
+  }
+
   static Index size_of(std::size_t member) { return static_cast<Index>(fault_library()[member].numbers.size()); }
 
   struct White {
@@ -230,7 +236,20 @@ class Fitter {
       squares += drawn.cwiseAbs2();
     }
     const double n = static_cast<double>(kResamples), G = static_cast<double>(units);
-    return ((squares / n - (sum / n).cwiseAbs2()).cwiseMax(0.0) * G / (G - 1.0)).cwiseSqrt();
+    const VectorXd resampled = (squares / n - (sum / n).cwiseAbs2()).cwiseMax(0.0) * G / (G - 1.0);
+    // Few units look more alike than they are: no less than what the noise alone would leave.
+    Normal all(model.numbers.size());
+    all.A.diagonal() += prior_precision(model.members);
+    for (const Normal& normal : of_unit) all += normal;
+    const MatrixXd covariance = all.A.inverse();
+    MatrixXd slope(center.size(), model.numbers.size());
+    for (Index k = 0; k < model.numbers.size(); ++k) {
+      VectorXd moved = model.numbers;
+      const double step = 1e-2 * std::sqrt(covariance(k, k));
+      moved(k) += step;
+      slope.col(k) = (derive(moved, model.numbers) - center) / step;
+    }
+    return resampled.cwiseMax((slope * covariance * slope.transpose()).diagonal()).cwiseSqrt();
   }
 
  private:
@@ -294,22 +313,20 @@ class Fitter {
     for (const std::size_t member : model.members)
       for (const std::vector<FaultParameter>& number : fault_library()[member].numbers) {
         const double step = 1e-4 * info(number[0]).prior_sd;
-        for (const double sign : {1.0, -1.0}) {
-          FaultModel moved;
-          moved.members = model.members;
-          moved.numbers = model.numbers;
-          moved.numbers(column) += sign * step;
-          const SensorFaults faults = faults_of(moved);
-          VectorXd residuals = model.residuals;
-          bool in_track = false, in_heading = false;
-          for (const FaultParameter parameter : number) {
-            in_track = in_track || info(parameter).in_track;
-            in_heading = in_heading || info(parameter).in_heading;
-          }
-          if (in_track) windows_.update(Kinematics::track, faults, residuals);
-          if (in_heading) windows_.update(Kinematics::heading, faults, residuals);
-          result.col(column) += sign / (2.0 * step) * residuals;
+        FaultModel moved;
+        moved.members = model.members;
+        moved.numbers = model.numbers;
+        moved.numbers(column) += step;
+        const SensorFaults faults = faults_of(moved);
+        VectorXd residuals = model.residuals;
+        bool in_track = false, in_heading = false;
+        for (const FaultParameter parameter : number) {
+          in_track = in_track || info(parameter).in_track;
+          in_heading = in_heading || info(parameter).in_heading;
         }
+        if (in_track) windows_.update(Kinematics::track, faults, residuals);
+        if (in_heading) windows_.update(Kinematics::heading, faults, residuals);
+        result.col(column) = (residuals - model.residuals) / step;
         ++column;
       }
     return result;
@@ -534,7 +551,7 @@ std::string sentence_of(std::size_t member, const std::vector<Estimate>& e) {
     case heading_bias:
       return fmt::format("the heading is {:.2f} deg (sd {:.2f}) too {}, or the log is turned by as much to {}",
                          std::abs(e[0].value), e[0].sd, signed_side(e[0].value, "high", "low"),
-                         signed_side(e[0].value, "starboard", "port"));
+                         signed_side(e[0].value, "port", "starboard"));
     case lever_x:
     case lever_y:
       return fmt::format(
@@ -616,10 +633,15 @@ Fault fault_of(const Fitter& fitter, const FaultModel& model, std::size_t place,
 // Where the same parameter would stand twice, or what two members do is the same.
 bool exclude_each_other(std::size_t a, std::size_t b) {
   if (fault_library()[a].name == fault_library()[b].name) return true;
+  // To first order a lag of first order is a latency.
+  const auto effect = [](FaultParameter parameter) {
+    return parameter == velocity_filter ? velocity_latency : parameter == rate_filter ? rate_latency : parameter;
+  };
   for (const std::vector<FaultParameter>& of_a : fault_library()[a].numbers)
     for (const std::vector<FaultParameter>& of_b : fault_library()[b].numbers)
-      for (const FaultParameter parameter : of_a)
-        if (std::find(of_b.begin(), of_b.end(), parameter) != of_b.end()) return true;
+      for (const FaultParameter in_a : of_a)
+        for (const FaultParameter in_b : of_b)
+          if (effect(in_a) == effect(in_b)) return true;
   return false;
 }
 
@@ -653,17 +675,24 @@ struct Search {
     return (in_track && has_track) || (in_heading && has_heading);
   }
 
-  // The best of the tried: by held-out likelihood; of variants of one name the simpler unless the other is clearly
-  // better.
+  static const FaultCandidate& last(const FaultModel& model) { return fault_library()[model.members.back()]; }
+
+  // The best of the tried: by held-out likelihood; of variants of one name the simpler, and a usual fault rather than a
+  // rare one, unless the other is clearly better.
   std::size_t best(const std::vector<FaultModel>& tried) const {
     std::size_t best = 0;
     for (std::size_t c = 1; c < tried.size(); ++c)
       if (tried[c].heldout.sum() > tried[best].heldout.sum()) best = c;
-    for (std::size_t c = 0; c < best; ++c) {
-      if (fault_library()[tried[c].members.back()].name != fault_library()[tried[best].members.back()].name) continue;
-      const Gain gain = heldout_gain(tried[best], tried[c]);
-      if (!(gain.is_certain() && gain.total > 2.0)) return c;
-    }
+    const auto is_clear = [](const Gain& gain) { return gain.is_certain() && gain.total > 2.0; };
+    std::optional<std::size_t> usual;
+    if (last(tried[best]).is_rare)
+      for (std::size_t c = 0; c < tried.size(); ++c)
+        if (!last(tried[c]).is_rare && !is_clear(heldout_gain(tried[best], tried[c])) &&
+            (!usual || tried[c].heldout.sum() > tried[*usual].heldout.sum()))
+          usual = c;
+    if (usual) best = *usual;
+    for (std::size_t c = 0; c < best; ++c)
+      if (last(tried[c]).name == last(tried[best]).name && !is_clear(heldout_gain(tried[best], tried[c]))) return c;
     return best;
   }
 };
@@ -722,10 +751,10 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   const Fitter fitter(windows);
   const Search search{fitter, options};
   FaultModel model = fitter.sound();
-  std::vector<bool> is_absorbed;  // by member of the model: real, but too small to matter
-  std::vector<double> p_values;
-  std::size_t faults = 0, absorbed = 0;
-  for (std::size_t stage = 0; faults < kMostFaults && absorbed < kMostAbsorbed; ++stage) {
+  const auto is_small = [&](const FaultModel& of, std::size_t place) {
+    return by_smallest(fitter, of.members[place], fitter.own_numbers(of, place)) < 1.0;
+  };
+  for (std::size_t stage = 0, faults = 0, absorbed = 0; faults < kMostFaults && absorbed < kMostAbsorbed; ++stage) {
     const std::vector<FaultModel> tried = search.tried(model);
     if (tried.empty()) break;
     const std::vector<double> p =
@@ -743,35 +772,55 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
                        [](const Fault& a, const Fault& b) { return a.heldout_gain > b.heldout_gain; });
     }
     const std::size_t best = search.best(tried);
-    const Gain gain = heldout_gain(tried[best], model);
-    if (!gain.is_certain() || !(p[best] < options.false_alarm)) break;
-    const Index own = Fitter::size_of(tried[best].members.back());
-    const bool is_small = by_smallest(fitter, tried[best].members.back(), tried[best].numbers.tail(own)) < 1.0;
-    if (!is_small)
-      for (std::size_t c = 0; c < tried.size(); ++c) {
-        if (fault_library()[tried[c].members.back()].name == fault_library()[tried[best].members.back()].name) continue;
-        const Gain lead = heldout_gain(tried[best], tried[c]);
-        if (!lead.is_certain() && heldout_gain(tried[c], model).is_certain())
-          result.notices.push_back(fmt::format("{} and {} cannot be told apart by these recordings",
-                                               fault_library()[tried[best].members.back()].name,
-                                               fault_library()[tried[c].members.back()].name));
-      }
+    if (!heldout_gain(tried[best], model).is_certain() || !(p[best] < options.false_alarm)) break;
     model = tried[best];
-    is_absorbed.push_back(is_small);
-    p_values.push_back(p[best]);
-    ++(is_small ? absorbed : faults);
+    // What is real but too small to matter stays in the model, so that it does not feign another fault.
+    ++(is_small(model, model.members.size() - 1) ? absorbed : faults);
+  }
+
+  // A first choice can be a mixture of two faults: each member has to hold its place against all others.
+  for (int round = 0; round < 3; ++round) {
+    bool has_changed = false;
+    for (std::size_t m = 0; m < model.members.size() && model.members.size() > 1; ++m) {
+      const FaultModel base = fitter.without(model, m);
+      const std::vector<FaultModel> tried = search.tried(base);
+      const FaultModel& best = tried[search.best(tried)];
+      if (!heldout_gain(best, base).is_certain()) {
+        model = base;
+        has_changed = true;
+        break;
+      }
+      if (best.members.back() == model.members[m]) continue;
+      model = best;
+      has_changed = true;
+      break;
+    }
+    if (!has_changed) break;
   }
 
   for (std::size_t m = 0; m < model.members.size(); ++m) {
+    const FaultModel base = fitter.without(model, m);
+    const std::vector<FaultModel> tried = search.tried(base);
+    const std::vector<double> p =
+        family_p_values(fitter, base, tried, RandomStream(options.seed, "audit sign flips", 1000 + m));
     Fault fault = fault_of(fitter, model, m, RandomStream(options.seed, "audit resampling", 1000 + m));
-    const Gain gain = heldout_gain(model, fitter.without(model, m));
+    const Gain gain = heldout_gain(model, base);
     fault.heldout_gain = gain.mean;
     fault.heldout_gain_sd = gain.sd;
-    fault.p_value = p_values[m];
-    if (is_absorbed[m])
+    for (std::size_t c = 0; c < tried.size(); ++c)
+      if (tried[c].members.back() == model.members[m]) fault.p_value = p[c];
+    if (is_small(model, m)) {
       result.notices.push_back(fault.sentence + ": too little to matter");
-    else
-      result.faults.push_back(std::move(fault));
+      continue;
+    }
+    for (std::size_t c = 0; c < tried.size(); ++c) {
+      const std::string_view rival = Search::last(tried[c]).name;
+      if (rival != fault.name && heldout_gain(tried[c], base).is_certain() &&
+          !heldout_gain(model, tried[c]).is_certain())
+        result.notices.push_back(fmt::format(
+            "{} fits best, but {} fits almost as well: these recordings do not tell them apart", fault.name, rival));
+    }
+    result.faults.push_back(std::move(fault));
   }
   std::stable_sort(result.faults.begin(), result.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.heldout_gain > b.heldout_gain; });

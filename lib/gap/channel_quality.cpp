@@ -16,6 +16,7 @@ constexpr Eigen::Index kStretch = 12;         // samples that share a cubic
 constexpr std::size_t kFewestRepeats = 6;     // samples of one value that count as frozen
 constexpr double kShortestFrozen_s = 2.0;     // and the time over which they last
 constexpr double kVisibleCorrelation = 0.25;  // from sample to sample; below it noise counts as white
+constexpr double kLongestCorrelation = 0.9;   // above, it is the motion that remains
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -91,7 +92,8 @@ void measure_noise(const std::vector<const std::vector<double>*>& series, double
   // The median of a chi-squared variable by its mean, after Wilson and Hilferty.
   const double of_median = std::pow(1.0 - 2.0 / (9.0 * freedom), 3);
   quality.noise_sd = std::sqrt(median(squares) / of_median / expected_moments(phi)[0]);
-  if (phi > kVisibleCorrelation) quality.correlation_s = -dt_s / std::log(phi);
+  // Noise that lasts longer than the stretch is not told from the ship's motion.
+  if (phi > kVisibleCorrelation && phi < kLongestCorrelation) quality.correlation_s = -dt_s / std::log(phi);
   quality.filter_s = quality.correlation_s;
 }
 

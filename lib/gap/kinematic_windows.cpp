@@ -16,12 +16,13 @@ constexpr double kLongestLatency_s = 5.0;
 // Recordings are the units of resampling where there are so many of them; else they are cut into about so many blocks.
 constexpr std::size_t kEnoughRecordings = 10, kBlocks = 16, kFewestWindowsOfBlock = 2;
 
-// Gauss-Legendre on [0, 1]; two points where sampling is fast against the ship, three else.
+// Gauss-Legendre on [0, 1]: the more points the longer the step.
 struct Rule {
   std::array<double, 3> at, weight;
   std::size_t points;
 };
 Rule gauss(double dt_s) {
+  if (dt_s < 0.15) return {{0.5, 0.0, 0.0}, {1.0, 0.0, 0.0}, 1};
   if (dt_s < 0.3) {
     const double a = 0.5 / std::numbers::sqrt3;
     return {{0.5 - a, 0.5 + a, 0.0}, {0.5, 0.5, 0.0}, 2};

@@ -60,6 +60,7 @@ const FaultParameterInfo& info(FaultParameter parameter);
 struct FaultCandidate {
   std::string_view name;
   std::vector<std::vector<FaultParameter>> numbers;
+  bool is_rare = false;  ///< named only where it beats every member that is not
 };
 /// The library. Where two members share a name, the first one is the simpler.
 const std::vector<FaultCandidate>& fault_library();

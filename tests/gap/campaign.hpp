@@ -100,10 +100,10 @@ inline Trajectory with_fault(const Trajectory& truth, const Injected& fault) {
   }
   if (fault.filter_s > 0.0)
     for (const Channel channel : {Channel::u, Channel::vm, Channel::r}) {
-      std::vector<double>& x = seen[channel];
+      const std::vector<double> x = seen[channel];
       for (std::size_t k = 1; k < x.size(); ++k) {
-        const double dt = truth[Channel::t][k] - truth[Channel::t][k - 1];
-        x[k] = x[k - 1] + (1.0 - std::exp(-dt / fault.filter_s)) * (0.5 * (x[k] + seen[channel][k]) - x[k - 1]);
+        const double share = 1.0 - std::exp(-(truth[Channel::t][k] - truth[Channel::t][k - 1]) / fault.filter_s);
+        seen[channel][k] = seen[channel][k - 1] + share * (0.5 * (x[k - 1] + x[k]) - seen[channel][k - 1]);
       }
     }
   return seen;
