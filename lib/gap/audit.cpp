@@ -677,20 +677,13 @@ struct Search {
 
   static const FaultCandidate& last(const FaultModel& model) { return fault_library()[model.members.back()]; }
 
-  // The best of the tried: by held-out likelihood; of variants of one name the simpler, and a usual fault rather than a
-  // rare one, unless the other is clearly better.
+  // The best of the tried: by held-out likelihood; of variants of one name the simpler unless the other is
+  // clearly better.
   std::size_t best(const std::vector<FaultModel>& tried) const {
     std::size_t best = 0;
     for (std::size_t c = 1; c < tried.size(); ++c)
       if (tried[c].heldout.sum() > tried[best].heldout.sum()) best = c;
     const auto is_clear = [](const Gain& gain) { return gain.is_certain() && gain.total > 2.0; };
-    std::optional<std::size_t> usual;
-    if (last(tried[best]).is_rare)
-      for (std::size_t c = 0; c < tried.size(); ++c)
-        if (!last(tried[c]).is_rare && !is_clear(heldout_gain(tried[best], tried[c])) &&
-            (!usual || tried[c].heldout.sum() > tried[*usual].heldout.sum()))
-          usual = c;
-    if (usual) best = *usual;
     for (std::size_t c = 0; c < best; ++c)
       if (last(tried[c]).name == last(tried[best]).name && !is_clear(heldout_gain(tried[best], tried[c]))) return c;
     return best;

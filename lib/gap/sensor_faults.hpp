@@ -60,9 +60,9 @@ const FaultParameterInfo& info(FaultParameter parameter);
 struct FaultCandidate {
   std::string_view name;
   std::vector<std::vector<FaultParameter>> numbers;
-  bool is_rare = false;  ///< named only where it beats every member that is not
 };
-/// The library. Where two members share a name, the first one is the simpler.
+/// The library. Where two members share a name, the first one is the simpler. A scale of v_m alone is not in it: where
+/// a ship hardly drifts, shrinking v_m shrinks its noise, and noise would decide.
 const std::vector<FaultCandidate>& fault_library();
 
 /// The faults of a report as numbers; unknown parameters throw UsageError.
