@@ -20,10 +20,13 @@ namespace {
 // A reading is claimed only if the log-odds exceed the first, their mean over the blocks so many standard errors, and
 // the error shrinks by the ratio: kinematics know no parameters, forces do.
 constexpr double kDecisive = 10.0, kCertain = 3.0, kKinematicRatio = 2.0, kForceRatio = 1.3;
+constexpr double kAbsentRatio = 1.15;   // against no force at all
 constexpr double kMostPerBlock = 4.0;   // log-odds that one block may give [nats]
 constexpr double kPerReading = 6.0;     // log-odds against each reading that differs [nats]
 constexpr double kLargestError = 10.0;  // in units of the typical change: beyond, all is equally wrong
-constexpr std::size_t kFewestBlocks = 4, kMostWindows = 240, kWindowsPerBlock = 4, kMostForceReadings = 4;
+constexpr std::size_t kFewestBlocks = 4, kMostWindows = 240, kWindowsPerBlock = 3, kMostForceReadings = 4,
+                      kMostInPairs = 6;
+constexpr double kDiffering = 0.5;  // of the median error: from there on two readings differ in a window
 // The error of a force that counts as a plain error of a parameter, on either side.
 constexpr std::array kPlainGains{0.0, 0.7, 1.0, 1.4};
 
@@ -185,9 +188,11 @@ void note_tested(Conventions& result, const Reading& reading) {
   result.tested.push_back(reading);
 }
 
-// Root mean square of the windows' residuals of one kind, by unit of the windows.
+// Root mean square of the windows' residuals of one kind, by unit of the windows. That of the heading is a share of
+// what the heading turned: otherwise radians read as degrees would do well by being small.
 BlockErrors window_errors(const KinematicWindows& windows, Kinematics kind) {
-  const Eigen::VectorXd residuals = windows.residuals({});
+  Eigen::VectorXd residuals = windows.residuals({});
+  if (kind == Kinematics::heading) residuals /= std::max(1e-6, windows.rms_turned());
   BlockErrors sums(windows.unit_count(), 0.0), counts(windows.unit_count(), 0.0);
   for (const WindowRun& run : windows.runs())
     if (run.kind == kind) {
@@ -233,13 +238,9 @@ std::vector<const ReadingEntry*> judge(const std::vector<std::vector<const Readi
     for (std::size_t kind = 0; kind < of[better].size(); ++kind) {
       const Odds odds = odds_of(of[better][kind], of[worse][kind]);
       total.log_odds += odds.log_odds;
-      total.ratio = std::max(total.ratio, odds.ratio);
+      // The kind in which the readings differ most tells the ratio.
+      if (std::abs(std::log(odds.ratio)) > std::abs(std::log(total.ratio))) total.ratio = odds.ratio;
       total.is_certain = total.is_certain || odds.is_certain;
-    }
-    if (total.ratio == 1.0 && !of[better].empty()) {
-      total.ratio = 0.0;
-      for (std::size_t kind = 0; kind < of[better].size(); ++kind)
-        total.ratio = std::max(total.ratio, odds_of(of[better][kind], of[worse][kind]).ratio);
     }
     return total;
   };
@@ -353,6 +354,40 @@ std::vector<const ReadingEntry*> judge_wind(const std::vector<Trajectory>& recor
                errors, "true against apparent wind", result);
 }
 
+using WindowError = Eigen::Matrix<double, 9, 1>;
+
+// The blocks of two ways to read, from the windows in which they differ: where a thruster rests or the wind is faint,
+// nothing can be told about it.
+struct Compared {
+  BlockErrors better, worse;
+};
+Compared compared(const std::vector<WindowError>& better, const std::vector<WindowError>& worse) {
+  std::vector<double> least;
+  for (std::size_t w = 0; w < better.size(); ++w)
+    if (better[w].allFinite() && worse[w].allFinite()) least.push_back(std::min(better[w].norm(), worse[w].norm()));
+  Compared result;
+  if (least.empty()) return result;
+  const auto middle = least.begin() + static_cast<std::ptrdiff_t>(least.size() / 2);
+  std::nth_element(least.begin(), middle, least.end());
+  const double differing = kDiffering * *middle;
+  double sum_better = 0.0, sum_worse = 0.0;
+  std::size_t count = 0;
+  for (std::size_t w = 0; w < better.size(); ++w) {
+    if (!better[w].allFinite() || !worse[w].allFinite() || (better[w] - worse[w]).norm() < differing) continue;
+    sum_better += better[w].squaredNorm();
+    sum_worse += worse[w].squaredNorm();
+    if (++count % kWindowsPerBlock != 0) continue;
+    result.better.push_back(std::sqrt(sum_better));
+    result.worse.push_back(std::sqrt(sum_worse));
+    sum_better = sum_worse = 0.0;
+  }
+  return result;
+}
+Odds odds_of(const std::vector<WindowError>& better, const std::vector<WindowError>& worse) {
+  const Compared blocks = compared(better, worse);
+  return odds_of(blocks.better, blocks.worse);
+}
+
 // Short predictions by the ship's model from recorded states, against what was recorded.
 class ForceCheck {
  public:
@@ -387,37 +422,34 @@ class ForceCheck {
 
   std::size_t blocks() const { return windows_.size() / kWindowsPerBlock; }
 
-  // Root mean square error of the predicted velocities by block, in units of the typical change of each.
-  BlockErrors errors(const std::vector<Trajectory>& recordings) const {
+  // Errors of the predicted velocities at three times of each window, in units of the typical change of each velocity;
+  // NaN where there is none to compare.
+  std::vector<WindowError> errors(const std::vector<Trajectory>& recordings) const {
     std::vector<std::optional<RecordedInputs>> inputs(recordings.size());
     for (std::size_t i = 0; i < recordings.size(); ++i)
       inputs[i].emplace(recordings[i], ship_, InputInterpolation::linear);
-    BlockErrors result;
-    for (std::size_t b = 0; b < blocks(); ++b) {
-      double sum = 0.0, count = 0.0;
-      for (std::size_t w = b * kWindowsPerBlock; w < (b + 1) * kWindowsPerBlock; ++w) {
-        const auto [i, start] = windows_[w];
-        const Trajectory& t = recordings[i];
-        const auto first = inputs[i]->first_known();
-        if (!first || t[Channel::t][*first] > start) continue;
-        std::optional<ShipState<double>> state = state_at(t, start);
-        constexpr int kSteps = 60, kLooks = 3;
-        const double dt_s = horizon_s_ / kSteps;
-        for (int step = 0; state && step < kSteps; ++step) {
-          const double now = start + step * dt_s;
-          if (state->nu.allFinite())
-            *state = integrate(model_, *state, inputs[i]->step(now, dt_s, model_.effects.rudder_delay_s()), dt_s);
-          if ((step + 1) % (kSteps / kLooks) != 0) continue;
-          const auto seen = state_at(t, now + dt_s);
-          if (!seen) continue;
-          for (int axis = 0; axis < 3; ++axis) {
-            const double error = std::abs(state->nu(axis) - seen->nu(axis)) / spread_(axis);
-            sum += std::pow(std::isfinite(error) ? std::min(error, kLargestError) : kLargestError, 2);
-            count += 1.0;
-          }
+    std::vector<WindowError> result(windows_.size(), WindowError::Constant(kMissing));
+    for (std::size_t w = 0; w < windows_.size(); ++w) {
+      const auto [i, start] = windows_[w];
+      const Trajectory& t = recordings[i];
+      const auto first = inputs[i]->first_known();
+      if (!first || t[Channel::t][*first] > start) continue;
+      std::optional<ShipState<double>> state = state_at(t, start);
+      constexpr int kSteps = 60, kLooks = 3;
+      const double dt_s = horizon_s_ / kSteps;
+      for (int step = 0; state && step < kSteps; ++step) {
+        const double now = start + step * dt_s;
+        if (state->nu.allFinite())
+          *state = integrate(model_, *state, inputs[i]->step(now, dt_s, model_.effects.rudder_delay_s()), dt_s);
+        if ((step + 1) % (kSteps / kLooks) != 0) continue;
+        const auto seen = state_at(t, now + dt_s);
+        if (!seen) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+          const double error = (state->nu(axis) - seen->nu(axis)) / spread_(axis);
+          result[w](3 * ((step + 1) / (kSteps / kLooks) - 1) + axis) =
+              std::isfinite(error) ? std::clamp(error, -kLargestError, kLargestError) : kLargestError;
         }
       }
-      result.push_back(count > 0.0 ? std::sqrt(sum / count) : kMissing);
     }
     return result;
   }
@@ -507,37 +539,69 @@ void judge_forces(const Ship& ship, std::vector<Trajectory> recordings, bool win
   if (!ship.wind || !std::any_of(recordings.begin(), recordings.end(), [](const auto& t) { return t.has_wind(); }))
     result.unchecked.push_back("wind: not recorded, or without a force in the ship's model");
 
-  const auto read = [&](const ReadingEntry& entry) { return applied(recordings, {&entry}); };
+  const auto is_decisive = [](const Odds& odds, double ratio) {
+    return odds.log_odds > kDecisive && odds.is_certain && odds.ratio > ratio;
+  };
+  // Whether a reading of recordings that are read in the stated way, apart from what is settled, beats that way, and
+  // also a plain error of the force, or none of it at all.
+  const auto holds = [&](const ReadingEntry& entry, const std::vector<Trajectory>& as_stated,
+                         const std::vector<WindowError>& errors, const Odds& odds) {
+    if (!is_decisive(odds, kForceRatio)) return false;
+    if (entry.channel == "vm" || entry.channel == "r") return true;
+    for (const double gain : kPlainGains) {
+      std::vector<Trajectory> plain = as_stated;
+      for (Trajectory& recording : plain) with_gain(recording, entry.channel, gain);
+      if (!is_decisive(odds_of(errors, check.errors(plain)), gain == 0.0 ? kAbsentRatio : kForceRatio)) return false;
+    }
+    return true;
+  };
+
+  struct Tried {
+    const ReadingEntry* entry;
+    std::vector<WindowError> errors;
+    Odds odds;
+    bool holds = false;
+  };
   for (std::size_t round = 0; round < kMostForceReadings; ++round) {
-    const BlockErrors stated = check.errors(recordings);
-    const ReadingEntry* best = nullptr;
-    Odds best_odds;
+    const std::vector<WindowError> stated = check.errors(recordings);
+    std::vector<Tried> tried;
     for (const ReadingEntry& entry : entries()) {
       if (!concerns_forces(entry, ship, recordings, wind_is_settled, velocities_are_settled)) continue;
       const auto is_same_channel = [&](const Reading& known) { return known.channel == entry.channel; };
       if (std::any_of(result.contradicted.begin(), result.contradicted.end(), is_same_channel)) continue;
-      const BlockErrors errors = check.errors(read(entry));
-      Odds odds = odds_of(errors, stated);
-      bool is_decisive = odds.log_odds > kDecisive && odds.is_certain && odds.ratio > kForceRatio;
-      // A plain error of the force, or none of it at all, must not do as well.
-      for (const double gain : kPlainGains) {
-        if (!is_decisive || gain == 1.0 || entry.channel == "vm" || entry.channel == "r") continue;
-        std::vector<Trajectory> plain = recordings;
-        for (Trajectory& recording : plain) with_gain(recording, entry.channel, gain);
-        const Odds rival = odds_of(errors, check.errors(plain));
-        is_decisive =
-            rival.log_odds > kDecisive && rival.is_certain && rival.ratio > (gain == 0.0 ? 1.15 : kForceRatio);
-        if (rival.log_odds < odds.log_odds) odds = rival;
-      }
-      note_tested(result, reading_of(entry, odds, "the forces"));
-      if (is_decisive && (!best || odds.log_odds > best_odds.log_odds)) {
-        best = &entry;
-        best_odds = odds;
-      }
+      Tried one{&entry, check.errors(applied(recordings, {&entry})), {}};
+      one.odds = odds_of(one.errors, stated);
+      one.holds = holds(entry, recordings, one.errors, one.odds);
+      note_tested(result, reading_of(entry, one.odds, "the forces"));
+      tried.push_back(std::move(one));
     }
-    if (!best) return;
-    result.contradicted.push_back(reading_of(*best, best_odds, "the forces"));
-    recordings = read(*best);
+    std::stable_sort(tried.begin(), tried.end(),
+                     [](const Tried& a, const Tried& b) { return a.odds.log_odds > b.odds.log_odds; });
+    const auto best = std::find_if(tried.begin(), tried.end(), [](const Tried& one) { return one.holds; });
+    if (best != tried.end()) {
+      result.contradicted.push_back(reading_of(*best->entry, best->odds, "the forces"));
+      recordings = applied(std::move(recordings), {best->entry});
+      continue;
+    }
+    // Two wrong readings can hide each other: a pair is claimed where each holds given the other.
+    bool is_found = false;
+    tried.resize(std::min(tried.size(), kMostInPairs));
+    for (std::size_t a = 0; a < tried.size() && !is_found; ++a)
+      for (std::size_t b = a + 1; b < tried.size() && !is_found; ++b) {
+        if (tried[a].entry->channel == tried[b].entry->channel) continue;
+        const std::vector<Trajectory> with_a = applied(recordings, {tried[a].entry});
+        const std::vector<Trajectory> with_b = applied(recordings, {tried[b].entry});
+        const std::vector<WindowError> both = check.errors(applied(with_a, {tried[b].entry}));
+        const Odds of_a = odds_of(both, tried[b].errors), of_b = odds_of(both, tried[a].errors);
+        if (!is_decisive(odds_of(both, stated), kForceRatio) || !holds(*tried[a].entry, with_b, both, of_a) ||
+            !holds(*tried[b].entry, with_a, both, of_b))
+          continue;
+        result.contradicted.push_back(reading_of(*tried[a].entry, of_a, "the forces"));
+        result.contradicted.push_back(reading_of(*tried[b].entry, of_b, "the forces"));
+        recordings = applied(with_a, {tried[b].entry});
+        is_found = true;
+      }
+    if (!is_found) return;
   }
 }
 

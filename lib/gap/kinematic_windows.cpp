@@ -175,6 +175,23 @@ std::size_t KinematicWindows::windows(Kinematics kind) const {
   return count;
 }
 
+double KinematicWindows::rms_turned() const {
+  double sum = 0.0, count = 0.0;
+  for (const Segment& segment : segments_) {
+    if (segment.kind != Kinematics::heading) continue;
+    const Recorded& at = recorded_[segment.recording];
+    const std::vector<double>& t = (*at.trajectory)[Channel::t];
+    std::size_t place = 0;
+    for (std::size_t j = segment.first_node; j < segment.first_node + segment.count; ++j) {
+      const double from = at.psi.value(t[at.nodes[j].begin], place);
+      const double to = at.psi.value(t[at.nodes[j + 1].begin], place);
+      sum += (to - from) * (to - from);
+      count += 1.0;
+    }
+  }
+  return count > 0.0 ? std::sqrt(sum / count) : 0.0;
+}
+
 Eigen::VectorXd KinematicWindows::residuals(const SensorFaults& faults) const {
   Eigen::VectorXd result = Eigen::VectorXd::Zero(rows_);
   update(Kinematics::track, faults, result);

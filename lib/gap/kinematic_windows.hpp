@@ -52,6 +52,7 @@ class KinematicWindows {
   double sample_s() const { return sample_s_; }
   double rms_speed() const { return rms_speed_; }
   double rms_rate() const { return rms_rate_; }
+  double rms_turned() const;  ///< of the heading over the windows [rad]
 
  private:
   struct Node {
