@@ -25,7 +25,7 @@ constexpr double kMostPerBlock = 4.0;   // log-odds that one block may give [nat
 constexpr double kPerReading = 6.0;     // log-odds against each reading that differs [nats]
 constexpr double kLargestError = 10.0;  // in units of the typical change: beyond, all is equally wrong
 constexpr std::size_t kFewestBlocks = 4, kMostWindows = 240, kWindowsPerBlock = 3, kMostForceReadings = 4,
-                      kMostInPairs = 6;
+                      kMostInPairs = 9;
 constexpr double kDiffering = 0.5;  // of the median error: from there on two readings differ in a window
 // The error of a force that counts as a plain error of a parameter, on either side.
 constexpr std::array kPlainGains{0.0, 0.7, 1.0, 1.4};
@@ -584,24 +584,28 @@ void judge_forces(const Ship& ship, std::vector<Trajectory> recordings, bool win
       continue;
     }
     // Two wrong readings can hide each other: a pair is claimed where each holds given the other.
-    bool is_found = false;
+    std::erase_if(tried, [](const Tried& one) { return one.odds.log_odds == 0.0; });
     tried.resize(std::min(tried.size(), kMostInPairs));
-    for (std::size_t a = 0; a < tried.size() && !is_found; ++a)
-      for (std::size_t b = a + 1; b < tried.size() && !is_found; ++b) {
+    double best_odds = 0.0;
+    std::vector<Reading> best_pair;
+    Combination best_entries;
+    for (std::size_t a = 0; a < tried.size(); ++a)
+      for (std::size_t b = a + 1; b < tried.size(); ++b) {
         if (tried[a].entry->channel == tried[b].entry->channel) continue;
         const std::vector<Trajectory> with_a = applied(recordings, {tried[a].entry});
         const std::vector<Trajectory> with_b = applied(recordings, {tried[b].entry});
         const std::vector<WindowError> both = check.errors(applied(with_a, {tried[b].entry}));
+        const Odds of_both = odds_of(both, stated);
+        if (!(of_both.log_odds > best_odds) || !is_decisive(of_both, kForceRatio)) continue;
         const Odds of_a = odds_of(both, tried[b].errors), of_b = odds_of(both, tried[a].errors);
-        if (!is_decisive(odds_of(both, stated), kForceRatio) || !holds(*tried[a].entry, with_b, both, of_a) ||
-            !holds(*tried[b].entry, with_a, both, of_b))
-          continue;
-        result.contradicted.push_back(reading_of(*tried[a].entry, of_a, "the forces"));
-        result.contradicted.push_back(reading_of(*tried[b].entry, of_b, "the forces"));
-        recordings = applied(with_a, {tried[b].entry});
-        is_found = true;
+        if (!holds(*tried[a].entry, with_b, both, of_a) || !holds(*tried[b].entry, with_a, both, of_b)) continue;
+        best_odds = of_both.log_odds;
+        best_entries = {tried[a].entry, tried[b].entry};
+        best_pair = {reading_of(*tried[a].entry, of_a, "the forces"), reading_of(*tried[b].entry, of_b, "the forces")};
       }
-    if (!is_found) return;
+    if (best_entries.empty()) return;
+    result.contradicted.insert(result.contradicted.end(), best_pair.begin(), best_pair.end());
+    recordings = applied(std::move(recordings), best_entries);
   }
 }
 
