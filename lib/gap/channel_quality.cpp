@@ -12,11 +12,12 @@ namespace leeway::gap {
 namespace {
 
 constexpr std::array kMotion{Channel::u, Channel::vm, Channel::r, Channel::x0, Channel::y0, Channel::psi};
-constexpr Eigen::Index kStretch = 12;         // samples that share a cubic
-constexpr std::size_t kFewestRepeats = 6;     // samples of one value that count as frozen
-constexpr double kShortestFrozen_s = 2.0;     // and the time over which they last
-constexpr double kVisibleCorrelation = 0.25;  // from sample to sample; below it noise counts as white
-constexpr double kLongestCorrelation = 0.9;   // above, it is the motion that remains
+constexpr Eigen::Index kShortest = 12, kLongest = 40;  // samples that share a cubic,
+constexpr double kStretch_s = 3.0;                     // over about this time
+constexpr std::size_t kFewestRepeats = 6;              // samples of one value that count as frozen
+constexpr double kShortestFrozen_s = 2.0;              // and the time over which they last
+constexpr double kVisibleCorrelation = 0.25;           // from sample to sample; below it noise counts as white
+constexpr double kLongestCorrelation = 0.9;            // above, it is the motion that remains
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -46,52 +47,53 @@ double resolution(const std::vector<double>& values) {
   return step;
 }
 
-// Residual maker of a cubic through kStretch equidistant samples.
-const Eigen::MatrixXd& cubic_residual() {
-  static const Eigen::MatrixXd maker = [] {
-    Eigen::MatrixXd powers(kStretch, 4);
-    for (Eigen::Index k = 0; k < kStretch; ++k)
-      for (Eigen::Index p = 0; p < 4; ++p)
-        powers(k, p) = std::pow(2.0 * static_cast<double>(k) / static_cast<double>(kStretch - 1) - 1.0, p);
-    const Eigen::MatrixXd hat = powers * (powers.transpose() * powers).inverse() * powers.transpose();
-    return Eigen::MatrixXd(Eigen::MatrixXd::Identity(kStretch, kStretch) - hat);
-  }();
-  return maker;
+// Residual maker of a cubic through n equidistant samples.
+Eigen::MatrixXd cubic_residual(Eigen::Index n) {
+  Eigen::MatrixXd powers(n, 4);
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index p = 0; p < 4; ++p)
+      powers(k, p) = std::pow(2.0 * static_cast<double>(k) / static_cast<double>(n - 1) - 1.0, p);
+  const Eigen::MatrixXd hat = powers * (powers.transpose() * powers).inverse() * powers.transpose();
+  return Eigen::MatrixXd::Identity(n, n) - hat;
 }
 
 // Expected sum of squares and of lag-one products of the residuals, for AR(1) noise of unit variance.
-std::array<double, 2> expected_moments(double phi) {
-  Eigen::MatrixXd covariance(kStretch, kStretch);
-  for (Eigen::Index i = 0; i < kStretch; ++i)
-    for (Eigen::Index j = 0; j < kStretch; ++j) covariance(i, j) = std::pow(phi, std::abs(i - j));
-  const Eigen::MatrixXd left = cubic_residual() * covariance * cubic_residual().transpose();
+std::array<double, 2> expected_moments(const Eigen::MatrixXd& maker, double phi) {
+  Eigen::MatrixXd covariance(maker.rows(), maker.rows());
+  for (Eigen::Index i = 0; i < maker.rows(); ++i)
+    for (Eigen::Index j = 0; j < maker.rows(); ++j) covariance(i, j) = std::pow(phi, std::abs(i - j));
+  const Eigen::MatrixXd left = maker * covariance * maker.transpose();
   return {left.trace(), left.diagonal(1).sum()};
 }
 
 void measure_noise(const std::vector<const std::vector<double>*>& series, double dt_s, ChannelQuality& quality) {
   std::vector<double> squares, ratios;
+  const auto size = static_cast<std::size_t>(std::clamp<double>(
+      kStretch_s / std::max(dt_s, 1e-3), static_cast<double>(kShortest), static_cast<double>(kLongest)));
+  const auto n = static_cast<Eigen::Index>(size);
+  const Eigen::MatrixXd maker = cubic_residual(n);
   for (const std::vector<double>* x : series)
-    for (std::size_t begin = 0; begin + kStretch <= x->size(); begin += kStretch / 2) {
-      const Eigen::Map<const Eigen::VectorXd> stretch(x->data() + begin, kStretch);
+    for (std::size_t begin = 0; begin + size <= x->size(); begin += size / 2) {
+      const Eigen::Map<const Eigen::VectorXd> stretch(x->data() + begin, n);
       if (!stretch.allFinite()) continue;
-      const Eigen::VectorXd rest = cubic_residual() * (stretch.array() - stretch(0)).matrix();
+      const Eigen::VectorXd rest = maker * (stretch.array() - stretch(0)).matrix();
       const double square = rest.squaredNorm();
       squares.push_back(square);
-      if (square > 0.0) ratios.push_back(rest.head(kStretch - 1).dot(rest.tail(kStretch - 1)) / square);
+      if (square > 0.0) ratios.push_back(rest.head(n - 1).dot(rest.tail(n - 1)) / square);
     }
   if (squares.size() < 4 || ratios.size() < 4) return;
   const double observed = median(ratios);
   double low = 0.0, high = 0.98;
   for (int i = 0; i < 40; ++i) {
     const double phi = 0.5 * (low + high);
-    const auto [square, product] = expected_moments(phi);
+    const auto [square, product] = expected_moments(maker, phi);
     (product / square < observed ? low : high) = phi;
   }
   const double phi = 0.5 * (low + high);
-  const double freedom = static_cast<double>(kStretch - 4);
+  const double freedom = static_cast<double>(n - 4);
   // The median of a chi-squared variable by its mean, after Wilson and Hilferty.
   const double of_median = std::pow(1.0 - 2.0 / (9.0 * freedom), 3);
-  quality.noise_sd = std::sqrt(median(squares) / of_median / expected_moments(phi)[0]);
+  quality.noise_sd = std::sqrt(median(squares) / of_median / expected_moments(maker, phi)[0]);
   // Noise that lasts longer than the stretch is not told from the ship's motion.
   if (phi > kVisibleCorrelation && phi < kLongestCorrelation) quality.correlation_s = -dt_s / std::log(phi);
   quality.filter_s = quality.correlation_s;
@@ -142,14 +144,15 @@ std::vector<Repeats> frozen_runs(const Trajectory& recording, Channel channel) {
     bool should_move = false;
     if (channel == Channel::x0 || channel == Channel::y0) {
       // How far the ship went along this axis by its velocity; a heading is needed to tell.
-      double moved = 0.0;
+      double moved = 0.0, farthest = 0.0;
       for (std::size_t k = run.begin; recording.has(Channel::psi) && k + 1 < run.end; ++k) {
         const double psi = recording[Channel::psi][k], u = recording[Channel::u][k], v = recording[Channel::vm][k];
         const double along =
             channel == Channel::x0 ? u * std::cos(psi) - v * std::sin(psi) : u * std::sin(psi) + v * std::cos(psi);
         if (std::isfinite(along)) moved += along * (t[k + 1] - t[k]);
+        farthest = std::max(farthest, std::abs(moved));
       }
-      should_move = std::abs(moved) > std::max(3.0 * step, 0.2 * speed * duration_s);
+      should_move = farthest > std::max(3.0 * step, 0.05 * speed * duration_s);
     } else if (channel == Channel::psi) {
       should_move = rate * duration_s > 3.0 * step && changes(recording, Channel::r, run);
     } else {
