@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "gap/audit.hpp"
+
+namespace leeway::gap {
+
+/// What the channels of a motion (u, v_m, r, x0, y0, psi) are like, over all recordings that have them.
+///
+/// Noise: what is left after fitting cubics to stretches of 3 s, or 12 samples where they take longer; its level and
+/// the correlation from one sample to the next follow from the residuals' variance and lag-one covariance, both
+/// corrected for what the fit takes away. A ship that turns much within a few samples adds to the noise: the stretches'
+/// median keeps that small.
+std::vector<ChannelQuality> channel_qualities(const std::vector<Trajectory>& recordings);
+
+/// The recording with the samples taken out in which a channel repeats one value although the ship moves: six or more
+/// over 2 s or more, while another channel says that it must have changed.
+Trajectory without_frozen(const Trajectory& recording);
+
+}  // namespace leeway::gap

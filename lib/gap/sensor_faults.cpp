@@ -1,0 +1,88 @@
+#include "gap/sensor_faults.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+
+namespace leeway::gap {
+namespace {
+
+using enum FaultParameter;
+
+constexpr std::array<FaultParameterInfo, kFaultParameterCount> kInfo{{
+    {heading_bias, "heading_bias_deg", kDegree, 20.0 * kDegree, true, false, false},
+    {lever_x, "lever_x_m", 1.0, 30.0, true, false, false},
+    {lever_y, "lever_y_m", 1.0, 30.0, true, false, false},
+    {log_scale, "log_scale", 1.0, 0.3, true, false, false},
+    {sway_log_scale, "sway_log_scale", 1.0, 0.3, true, false, false},
+    {log_bias_u, "log_bias_u_mps", 1.0, 1.0, true, false, false},
+    {log_bias_v, "log_bias_v_mps", 1.0, 1.0, true, false, false},
+    {current_x, "current_x_mps", 1.0, 1.5, true, false, false},
+    {current_y, "current_y_mps", 1.0, 1.5, true, false, false},
+    {velocity_latency, "velocity_latency_s", 1.0, 3.0, true, false, true},
+    {heading_latency, "heading_latency_s", 1.0, 3.0, true, true, true},
+    {rate_latency, "rate_latency_s", 1.0, 3.0, false, true, true},
+    {position_latency, "position_latency_s", 1.0, 3.0, true, false, true},
+    {rate_bias, "rate_bias_degps", kDegree, 1.0 * kDegree, false, true, false},
+    {rate_scale, "rate_scale", 1.0, 0.3, false, true, false},
+    {velocity_filter, "filter_s", 1.0, 3.0, true, false, true},
+    {rate_filter, "rate_filter_s", 1.0, 3.0, false, true, true},
+}};
+
+}  // namespace
+
+const FaultParameterInfo& info(FaultParameter parameter) { return kInfo[static_cast<std::size_t>(parameter)]; }
+
+const std::vector<FaultCandidate>& fault_library() {
+  static const std::vector<FaultCandidate> library{
+      {"heading-bias", {{heading_bias}}},
+      {"lever-arm", {{lever_x}, {lever_y}}},
+      {"log-scale", {{log_scale}}},
+      {"log-scale", {{log_scale, sway_log_scale}}},
+      {"log-bias", {{log_bias_u}, {log_bias_v}}},
+      {"steady-current", {{current_x}, {current_y}}},
+      {"velocity-latency", {{velocity_latency}}},
+      {"velocity-latency", {{velocity_latency, rate_latency}}},
+      {"heading-latency", {{heading_latency}}},
+      {"rate-latency", {{rate_latency}}},
+      {"position-latency", {{position_latency}}},
+      {"rate-bias", {{rate_bias}}},
+      {"rate-scale", {{rate_scale}}},
+      {"sensor-filter", {{velocity_filter}}},
+      {"sensor-filter", {{velocity_filter, rate_filter}}},
+  };
+  return library;
+}
+
+SensorFaults sensor_faults(const std::vector<Fault>& faults) {
+  SensorFaults result;
+  for (const Fault& fault : faults) {
+    double speed = 0.0, set = 0.0;
+    for (const Estimate& estimate : fault.parameters) {
+      if (estimate.name == "current_speed_mps") {
+        speed = estimate.value;
+        continue;
+      }
+      if (estimate.name == "current_set_deg") {
+        set = estimate.value * kDegree;
+        continue;
+      }
+      bool is_known = false;
+      for (const FaultParameterInfo& known : kInfo)
+        if (known.name == estimate.name) {
+          result[known.parameter] += estimate.value * known.unit;
+          is_known = true;
+        }
+      if (!is_known)
+        throw UsageError(fmt::format("the fault '{}' has an unknown parameter '{}'", fault.name, estimate.name));
+    }
+    result[current_x] += speed * std::cos(set);
+    result[current_y] += speed * std::sin(set);
+  }
+  return result;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gap/audit.hpp"
+
+/// What the sensors of a recording can have. With (x0, y0), psi, (u, v_m), r the true channels of midship, the
+/// recorded ones are
+///   (x0, y0)(t) + R(psi) (lever_x, lever_y), late by position_latency
+///   psi(t) + heading_bias, late by heading_latency
+///   (1 + log_scale) (u - u_c) + log_bias_u, (1 + sway_log_scale) (v_m - v_c) + log_bias_v, passed through a lag of
+///     first order, late by velocity_latency; (u_c, v_c) = R(psi)^T (current_x, current_y)
+///   (1 + rate_scale) r + rate_bias, passed through a lag of first order, late by rate_latency
+namespace leeway::gap {
+
+enum class FaultParameter : std::size_t {
+  heading_bias,
+  lever_x,
+  lever_y,
+  log_scale,
+  sway_log_scale,
+  log_bias_u,
+  log_bias_v,
+  current_x,
+  current_y,
+  velocity_latency,
+  heading_latency,
+  rate_latency,
+  position_latency,
+  rate_bias,
+  rate_scale,
+  velocity_filter,
+  rate_filter,
+};
+inline constexpr std::size_t kFaultParameterCount = 17;
+
+/// One value per parameter, SI and radians; all zero: sound sensors.
+struct SensorFaults {
+  std::array<double, kFaultParameterCount> values{};
+  double& operator[](FaultParameter p) { return values[static_cast<std::size_t>(p)]; }
+  double operator[](FaultParameter p) const { return values[static_cast<std::size_t>(p)]; }
+};
+
+struct FaultParameterInfo {
+  FaultParameter parameter;
+  std::string_view name;  ///< with its unit; the current's are those of its components
+  double unit;            ///< a value in the unit of the name times this is SI
+  double prior_sd;        ///< SI; wide, it only keeps what the recordings cannot tell near zero
+  bool in_track;          ///< whether it shows in eta' - R(psi) nu
+  bool in_heading;        ///< whether it shows in psi' - r
+  bool is_time;           ///< a latency or a lag: searched over its whole range
+};
+const FaultParameterInfo& info(FaultParameter parameter);
+
+/// A member of the library: free numbers, each of which moves one parameter or several by the same value.
+struct FaultCandidate {
+  std::string_view name;
+  std::vector<std::vector<FaultParameter>> numbers;
+};
+/// The library. Where two members share a name, the first one is the simpler. A scale of v_m alone is not in it: where
+/// a ship hardly drifts, shrinking v_m shrinks its noise, and noise would decide.
+const std::vector<FaultCandidate>& fault_library();
+
+/// The faults of a report as numbers; unknown parameters throw UsageError.
+SensorFaults sensor_faults(const std::vector<Fault>& faults);
+
+}  // namespace leeway::gap
