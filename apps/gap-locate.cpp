@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
@@ -79,8 +80,9 @@ int main(int argc, char** argv) try {
       io::write_trajectory((std::filesystem::path(o.write_corrected) / (recording.name + ".csv")).string(), recording);
   }
   io::write_text((folder / "report.html").string(),
-                 gap::report_html(findings, "Recordings against " + ship.name,
-                                  json["provenance"].value("command", std::string())));
+                 gap::report_html(
+                     findings, "Recordings against " + ship.name,
+                     fmt::format("{}", fmt::join(json["provenance"]["command"].get<std::vector<std::string>>(), " "))));
   io::write_text((folder / "locate.json").string(), io::to_text(json));
   cli::warn_all(findings.notices);
   if (!o.common.quiet) fmt::print(stderr, "{}", gap::summary(findings));
