@@ -15,7 +15,6 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kWidened = 2.0;           // stated uncertainty by this
 constexpr double kFlat = 100.0;            // prior sd of an effect, by its nominal strength
 constexpr double kLeastInformation = 1.0;  // d'^2 at nominal strength below which an effect is not excited
 constexpr double kLeastEigenvalue = 1e-3;  // of the correlation matrix of an effect's columns
@@ -229,7 +228,7 @@ Whiteness whiteness(const FittedNull& fit) {
 Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLibrary& library,
                  const DetectOptions& options) {
   const Eigen::Index p = fit.theta.size(), count = library.columns();
-  const Eigen::VectorXd wide_sd = kWidened * fit.prior_sd;
+  const Eigen::VectorXd& wide_sd = fit.tolerated_sd;
   std::vector<std::size_t> all(library.entries().size());
   std::iota(all.begin(), all.end(), std::size_t{0});
 

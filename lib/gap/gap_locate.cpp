@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "gap/detect.hpp"
 #include "gap/locate.hpp"
@@ -22,8 +23,8 @@ void judge(Findings& findings, double scan_p_value) {
   // Two families of tests: the effects of the catalogue, and intervals.
   d.p_value = std::min(1.0, 2.0 * std::min(library_p, scan_p_value));
   const bool by_interval = scan_p_value < library_p;
-  const bool improves =
-      d.heldout_gain > 2.0 * d.heldout_gain_sd || (d.heldout_gain > 0.0 && d.p_value < d.false_alarm * d.false_alarm);
+  const bool improves = d.heldout_gain > 2.0 * d.heldout_gain_sd ||
+                        (d.heldout_gain > d.heldout_gain_sd && d.p_value < d.false_alarm * d.false_alarm);
   const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
   const std::string rate = fmt::format("{:.3g} %", 100.0 * d.false_alarm);
 
@@ -91,11 +92,15 @@ void add_notices(Findings& findings, const Campaign& campaign, const EffectLibra
                     "{:.0f} % of the typical acceleration; are these recordings of the ship '{}'?",
                     far, 100.0 * share, campaign.ship.name));
   for (const std::string& reason : library.not_applicable()) notices.push_back("not tested: " + reason);
+  std::vector<std::string> silent;
   for (const EffectLibrary::Entry& entry : library.entries())
     if (std::none_of(findings.detection.effects.begin(), findings.detection.effects.end(),
                      [&](const Screened& s) { return s.name == entry.name; }))
-      notices.push_back(
-          fmt::format("not tested: {}: the recordings do not excite it, or only with the wrong sign", entry.name));
+      silent.push_back(entry.name);
+  if (!silent.empty())
+    notices.push_back(
+        fmt::format("the recordings say nothing about {}: they do not excite it, or only with the wrong sign",
+                    fmt::join(silent, ", ")));
 }
 
 }  // namespace
@@ -155,6 +160,9 @@ Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const
   if (findings.verdict == Verdict::no_mismatch) {  // where nothing is, nothing is located
     findings.located.intervals.clear();
     findings.located.regimes.clear();
+    findings.located.frames.clear();
+    findings.located.modules.clear();
+    findings.located.line_of_action.reset();
   }
   findings.residuals = residuals(campaign, fit);
   add_notices(findings, campaign, library);

@@ -195,7 +195,11 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   const auto p = static_cast<Eigen::Index>(fit.parameters.size());
   Eigen::VectorXd& prior_sd = fit.prior_sd;
   prior_sd.resize(p);
-  for (Eigen::Index i = 0; i < p; ++i) prior_sd[i] = fit.parameters[static_cast<std::size_t>(i)].log_sd;
+  fit.tolerated_sd.resize(p);
+  for (Eigen::Index i = 0; i < p; ++i) {
+    prior_sd[i] = fit.parameters[static_cast<std::size_t>(i)].log_sd;
+    fit.tolerated_sd[i] = fit.parameters[static_cast<std::size_t>(i)].tolerated_sd;
+  }
   fit.theta = Eigen::VectorXd::Zero(p);
   fit.noise = first_noise(campaign);
   // Weak knowledge that keeps levels finite where the recordings say nothing. Model errors of model ships are around

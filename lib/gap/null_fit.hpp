@@ -18,8 +18,8 @@ struct FittedNull {
   Noise noise;
   std::vector<LinearStretch> stretches;  ///< linearized at theta along the smoothed paths
   std::vector<Smoothed> smoothed;
-  Evidence total;            ///< about theta, at the end
-  Eigen::VectorXd prior_sd;  ///< of theta
+  Evidence total;                          ///< about theta, at the end
+  Eigen::VectorXd prior_sd, tolerated_sd;  ///< of theta; UncertainParameter
   Levels level_prior_mean, level_prior_sd;
   NullFit report;
 };

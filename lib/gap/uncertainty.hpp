@@ -12,6 +12,9 @@ namespace leeway::gap {
 struct UncertainParameter {
   std::string name;  ///< "hull.Y_v", "propeller.K_T", "wind.k_Y", ...
   double log_sd = 0.0;
+  /// What is still called a wrong coefficient and not missing physics: twice log_sd, and at least 0.2 unless the ship's
+  /// JSON states how well the coefficient is known.
+  double tolerated_sd = 0.0;
 };
 
 /// Calls visit(name, log_sd, scale) for each uncertain parameter of a model, always in the same order; scale(k)
@@ -127,10 +130,9 @@ void for_each_uncertain(Model<T>& model, const Visit& visit) {
   for (ThrusterModule<T>& thruster : model.modules.thrusters)
     std::visit(
         [&](auto& t) {
-          visit(t.c.channel == Channel::n_bt ? "thruster.K_T_bow" : "thruster.K_T_stern", 0.10, [&](const T& k) {
-            t.c.K_T_positive *= k;
-            t.c.K_T_negative *= k;
-          });
+          const bool is_bow = t.c.channel == Channel::n_bt;
+          one(is_bow ? "thruster.K_T_bow_positive" : "thruster.K_T_stern_positive", 0.10, t.c.K_T_positive);
+          one(is_bow ? "thruster.K_T_bow_negative" : "thruster.K_T_stern_negative", 0.10, t.c.K_T_negative);
         },
         thruster);
   if (model.modules.wind)
