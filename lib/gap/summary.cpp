@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "core/units.hpp"
 #include "gap/words.hpp"
@@ -101,10 +100,14 @@ void add_where(Screen& screen, const Findings& findings) {
   if (located.share.sum() > 0.0) {
     std::array<int, 3> axes{0, 1, 2};
     std::sort(axes.begin(), axes.end(), [&](int a, int b) { return located.share(a) > located.share(b); });
-    std::vector<std::string> shares;
-    for (const int a : axes)
-      shares.push_back(fmt::format("{} {}", kAxisNames[static_cast<std::size_t>(a)], percent(located.share(a))));
-    screen.item("Direction", fmt::format("{} of what is missing", fmt::join(shares, ", ")), 1);
+    screen.item("Direction",
+                first_of(
+                    axes, 3, 1,
+                    [&](int a) {
+                      return fmt::format("{} {}", kAxisNames[static_cast<std::size_t>(a)], percent(located.share(a)));
+                    },
+                    " of what is missing"),
+                1);
   }
   if (const auto& line = located.line_of_action)
     screen.item(
