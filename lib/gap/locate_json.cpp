@@ -35,7 +35,8 @@ std::string axis_name(int axis) { return kAxisNames.at(static_cast<std::size_t>(
 
 Json acceleration(const Vec3<double>& value) {
   Json result = Json::object();
-  for (int a = 0; a < 3; ++a) result[axis_name(a) + "_" + kAccelerationUnits[a]] = number(value(a) * kPerSi[a]);
+  for (int a = 0; a < 3; ++a)
+    result[fmt::format("{}_{}", axis_name(a), kAccelerationUnits[a])] = number(value(a) * kPerSi[a]);
   return result;
 }
 
@@ -159,10 +160,10 @@ Json sigma_w(const NullFit& fit) {
   Json result = Json::object();
   for (int a = 0; a < 3; ++a) {
     const std::string axis = axis_name(a), unit = kAccelerationUnits[a];
-    result[axis + "_" + unit] = number(fit.sigma_w(a) * kPerSi[a]);
-    result[axis + "_sd_" + unit] = number(fit.sigma_w_sd(a) * kPerSi[a]);
-    result[axis + "_typical_" + unit] = number(fit.typical(a) * kPerSi[a]);
-    result[axis + "_share_of_typical"] = number(fit.sigma_w(a) / fit.typical(a));
+    result[fmt::format("{}_{}", axis, unit)] = number(fit.sigma_w(a) * kPerSi[a]);
+    result[fmt::format("{}_sd_{}", axis, unit)] = number(fit.sigma_w_sd(a) * kPerSi[a]);
+    result[fmt::format("{}_typical_{}", axis, unit)] = number(fit.typical(a) * kPerSi[a]);
+    result[fmt::format("{}_share_of_typical", axis)] = number(fit.sigma_w(a) / fit.typical(a));
   }
   result["tau_s"] = number(fit.tau_s);
   return result;

@@ -98,7 +98,11 @@ Json drawn(const Residual& residual, std::size_t limit) {
     const std::vector<std::size_t> at = thinned(xy, count, limit);
     track = {{"t_s", picked(residual.t_s, at, 8)}, {"x0_m", picked(xy[0], at, 7)}, {"y0_m", picked(xy[1], at, 7)}};
   }
-  return {{"recording", residual.recording}, {"file", residual.file}, {"lines", lines}, {"track", track}};
+  return {{"recording", residual.recording},
+          {"file", residual.file},
+          {"thinned", count > limit},
+          {"lines", lines},
+          {"track", track}};
 }
 
 }  // namespace

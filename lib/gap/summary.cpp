@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "core/units.hpp"
 #include "gap/words.hpp"
@@ -30,25 +29,30 @@ std::string_view head(std::string_view text, std::size_t characters) {
   return text.substr(0, end);
 }
 
+// Lines that leave room for the label; words longer than a line are cut.
+std::vector<std::string> wrapped(std::string_view words) {
+  constexpr std::size_t room = kWidth - kLabel;
+  std::vector<std::string> lines(1);
+  for (std::size_t begin = 0; begin < words.size();) {
+    const std::size_t end = std::min(words.find_first_of(" \t\r\n", begin), words.size());
+    const std::string_view one = words.substr(begin, end - begin);
+    begin = end + 1;
+    if (one.empty()) continue;
+    if (!lines.back().empty() && length(lines.back()) + 1 + length(one) > room) lines.emplace_back();
+    if (!lines.back().empty()) lines.back() += ' ';
+    lines.back() += length(one) > room ? std::string(head(one, room - 3)) + "..." : std::string(one);
+  }
+  return lines;
+}
+
 /// Labeled paragraphs, wrapped and cut to their share of the screen.
 class Screen {
  public:
   void item(std::string_view label, std::string_view words, std::size_t max_lines) {
-    const std::size_t room = kWidth - kLabel;
-    std::vector<std::string> lines(1);
-    for (std::size_t begin = 0; begin < words.size();) {
-      std::size_t end = words.find_first_of(" \t\r\n", begin);
-      if (end == std::string_view::npos) end = words.size();
-      std::string_view one = words.substr(begin, end - begin);
-      begin = end + 1;
-      if (one.empty()) continue;
-      if (!lines.back().empty() && length(lines.back()) + 1 + length(one) > room) lines.emplace_back();
-      if (!lines.back().empty()) lines.back() += ' ';
-      lines.back() += length(one) > room ? std::string(head(one, room - 3)) + "..." : std::string(one);
-    }
+    std::vector<std::string> lines = wrapped(words);
     if (lines.size() > max_lines) {
       lines.resize(max_lines);
-      lines.back() = std::string(head(lines.back(), room - 4)) + " ...";
+      lines.back() = std::string(head(lines.back(), kWidth - kLabel - 4)) + " ...";
     }
     for (const std::string& line : lines) {
       text_ += fmt::format("{:<{}}{}\n", label, kLabel, line);
@@ -61,20 +65,25 @@ class Screen {
   std::string text_;
 };
 
-// The first few of a list as one text, and how many more there are.
+// As many of a list, up to n, as go into some lines together with what follows them, and how many more there are.
 template <typename Items, typename Tell>
-std::string first_of(const Items& items, std::size_t n, const Tell& tell) {
-  std::string text;
-  for (std::size_t i = 0; i < std::min(n, items.size()); ++i) text += (i > 0 ? "; " : "") + std::string(tell(items[i]));
-  if (items.size() > n) text += fmt::format("; {} more", items.size() - n);
-  return text;
+std::string first_of(const Items& items, std::size_t n, std::size_t max_lines, const Tell& tell,
+                     const std::string& after = "") {
+  for (n = std::min(n, items.size());; --n) {
+    std::string text;
+    for (std::size_t i = 0; i < n; ++i) text += (i > 0 ? "; " : "") + std::string(tell(items[i]));
+    if (items.size() > n) text += fmt::format("; {} more", items.size() - n);
+    text += after;
+    if (n <= 1 || wrapped(text).size() <= max_lines) return text;
+  }
 }
 
 std::string sensors(const Findings& findings) {
   const Audit& audit = findings.audit;
   if (!audit.faults.empty())
-    return first_of(audit.faults, 3, [](const Fault& f) { return f.sentence; }) +
-           (findings.corrected ? ". Taken out before what follows." : ". Still in the data: it spoils what follows.");
+    return first_of(
+        audit.faults, 3, 4, [](const Fault& f) { return f.sentence; },
+        findings.corrected ? ". Taken out before what follows." : ". Still in the data: it spoils what follows.");
   if (audit.verdict == Audit::Verdict::consistent) return "the recordings agree with themselves";
   return "not checked" + (audit.notices.empty() ? "" : ": " + audit.notices.front());
 }
@@ -91,10 +100,14 @@ void add_where(Screen& screen, const Findings& findings) {
   if (located.share.sum() > 0.0) {
     std::array<int, 3> axes{0, 1, 2};
     std::sort(axes.begin(), axes.end(), [&](int a, int b) { return located.share(a) > located.share(b); });
-    std::vector<std::string> shares;
-    for (const int a : axes)
-      shares.push_back(fmt::format("{} {}", kAxisNames[static_cast<std::size_t>(a)], percent(located.share(a))));
-    screen.item("Direction", fmt::format("{} of what is missing", fmt::join(shares, ", ")), 1);
+    screen.item("Direction",
+                first_of(
+                    axes, 3, 1,
+                    [&](int a) {
+                      return fmt::format("{} {}", kAxisNames[static_cast<std::size_t>(a)], percent(located.share(a)));
+                    },
+                    " of what is missing"),
+                1);
   }
   if (const auto& line = located.line_of_action)
     screen.item(
@@ -105,7 +118,7 @@ void add_where(Screen& screen, const Findings& findings) {
         1);
   if (!located.intervals.empty())
     screen.item("When",
-                first_of(located.intervals, 3,
+                first_of(located.intervals, 3, 3,
                          [](const Interval& i) {
                            return fmt::format("{} {:.4g} to {:.4g} s, {} ({})", i.recording, i.t_start_s, i.t_end_s,
                                               kAxisNames.at(static_cast<std::size_t>(i.axis)), p_value(i.p_value));
@@ -117,7 +130,7 @@ void add_where(Screen& screen, const Findings& findings) {
                             percent(located.frames.front().share)),
                 1);
   if (!located.regimes.empty())
-    screen.item("Goes with", first_of(located.regimes, 2, [](const Regime& r) { return r.sentence; }), 3);
+    screen.item("Goes with", first_of(located.regimes, 2, 3, [](const Regime& r) { return r.sentence; }), 3);
   if (!located.modules.empty() && located.modules.front().log_likelihood_gain > 0.0)
     screen.item("Module",
                 fmt::format("a {} force that may vary leaves {} of the model error", located.modules.front().module,
@@ -157,7 +170,7 @@ std::string summary(const Findings& findings) {
   const auto sentence = [](const Reading& r) { return r.sentence; };
   const auto same = [](const std::string& s) -> const std::string& { return s; };
   if (!findings.conventions.contradicted.empty())
-    screen.item("Conventions", first_of(findings.conventions.contradicted, 2, sentence), 2);
+    screen.item("Conventions", first_of(findings.conventions.contradicted, 2, 2, sentence), 2);
   else if (!findings.conventions.tested.empty())
     screen.item("Conventions", "signs, units and frames read as stated fit best", 1);
   screen.item("Sensors", sensors(findings), 4);
@@ -174,19 +187,21 @@ std::string summary(const Findings& findings) {
   });
   if (!moved.empty())
     screen.item("Parameters",
-                first_of(moved, 4,
-                         [](const ParameterShift& p) {
-                           return fmt::format("{} x {:.2f} ({:+.1f} sd of its uncertainty)", p.name, p.factor,
-                                              p.shift_sd);
-                         }) +
-                    ": they may stand in for missing physics",
+                first_of(
+                    moved, 4, 2,
+                    [](const ParameterShift& p) {
+                      return fmt::format("{} x {:.2f} ({:+.1f} sd)", p.name, p.factor, p.shift_sd);
+                    },
+                    " off: they may stand in for missing physics"),
                 2);
 
-  std::vector<std::string> unknown = findings.notices;
+  std::vector<std::string> unknown;
+  if (!findings.fit.converged) unknown.push_back("the fit has not converged");
+  unknown.insert(unknown.end(), findings.notices.begin(), findings.notices.end());
   unknown.insert(unknown.end(), findings.conventions.unchecked.begin(), findings.conventions.unchecked.end());
   if (findings.audit.verdict != Audit::Verdict::unchecked)
     unknown.insert(unknown.end(), findings.audit.notices.begin(), findings.audit.notices.end());
-  if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, same), 3);
+  if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, 3, same), 3);
   screen.item("Next", next_step(findings), 2);
   return std::move(screen).text();
 }

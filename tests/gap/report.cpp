@@ -151,10 +151,10 @@ TEST_CASE("summary of gap-locate: says the verdict, the size, the place and the 
   CHECK_THAT(text, Contains("the heading is 2.97 deg (sd 0.21) too high"));
   CHECK_THAT(text, Contains("surge 0.42 +- 0.03 mm/s^2, 4.0 % of the typical acceleration"));
   CHECK_THAT(text, Contains("yaw 0.0113 +- 0.0009 deg/s^2"));
-  CHECK_THAT(text, Contains("sway 71 %, yaw 23 %, surge 6.0 %"));
+  CHECK_THAT(text, Contains("sway 71 %; yaw 23 %; surge 6.0 % of what is missing"));
   CHECK_THAT(text, Contains("0.083 +- 0.021 ship lengths astern of midship"));
   CHECK_THAT(text, Contains("120 to 260 s, sway"));
-  CHECK_THAT(text, Contains("wind.k_Y x 0.64 (-3.0 sd"));
+  CHECK_THAT(text, Contains("wind.k_Y x 0.64 (-3.0 sd)"));
   CHECK_THAT(text, !Contains("hull.N_v"));
   CHECK_THAT(text, Contains("gap-explain"));
   const std::string none = summary(test::agreement_findings());

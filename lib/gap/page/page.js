@@ -229,7 +229,7 @@
           y: {grid: {display: false}, ticks: {autoSkip: false, color: '#1c2733'}},
         },
         plugins: {
-          marks: {axis: 'x', values: markValues, color: '#b5402a'},
+          marks: {axis: 'x', values: markValues, color: '#1c2733'},
           tooltip: {callbacks: {label: (item) => rows[item.dataIndex].tip || short(rows[item.dataIndex].value)}},
         },
       },
@@ -398,6 +398,7 @@
             show();
           });
         });
+        intervals.node.classList.add('long');
         if (located.intervals.length > shown.length)
           intervals.node.append(
               element('p', {class: 'note'}, `${located.intervals.length - shown.length} more in locate.json`));
@@ -439,12 +440,19 @@
       const times = current.lines.flatMap((line) => [line.t_s[0], line.t_s[line.t_s.length - 1]]).filter(known);
       lines.forEach((plot, a) => {
         const {t_s: t, value, sd} = current.lines[a], scale = factor[a][0];
-        const points = (k) => t.map(
-            (x, i) =>
-                ({x, y: known(value[i]) && (k === 0 || known(sd[i])) ? scale * (value[i] + k * (sd[i] ?? 0)) : NaN}));
-        [2, -2, 0].forEach((k, set) => {
-          plot.data.datasets[set].data = points(k);
+        const sets = plot.data.datasets;
+        // Between the points of a thinned line are others: there the band spans that of both neighbors.
+        const reach = current.thinned ? 1 : 0;
+        const edge = (side, choose) => t.map((x, i) => {
+          const near = [];
+          for (let k = Math.max(0, i - reach); k <= Math.min(t.length - 1, i + reach); ++k)
+            if (known(value[k]) && known(sd[k])) near.push(scale * (value[k] + side * 2 * sd[k]));
+          return {x, y: known(value[i]) && near.length > 0 ? choose(...near) : NaN};
         });
+        sets[0].data = edge(1, Math.max);
+        sets[1].data = edge(-1, Math.min);
+        sets[2].data = t.map((x, i) => ({x, y: known(value[i]) ? scale * value[i] : NaN}));
+        sets[2].borderWidth = current.thinned ? 0.8 : 1.4;
         plot.options.scales.x.min = Math.min(...times);
         plot.options.scales.x.max = Math.max(...times);
         plot.update('none');
