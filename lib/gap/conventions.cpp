@@ -20,11 +20,12 @@ namespace {
 // A reading is claimed only if the log-odds exceed the first, their mean over the blocks so many standard errors, and
 // the error shrinks by the ratio: kinematics know no parameters, forces do.
 constexpr double kDecisive = 10.0, kCertain = 3.0, kKinematicRatio = 2.0, kForceRatio = 1.3;
+constexpr double kAgainstPlain = 5.0;   // log-odds against a plain error of the force,
 constexpr double kAbsentRatio = 1.15;   // against no force at all
 constexpr double kMostPerBlock = 4.0;   // log-odds that one block may give [nats]
 constexpr double kPerReading = 6.0;     // log-odds against each reading that differs [nats]
 constexpr double kLargestError = 10.0;  // in units of the typical change: beyond, all is equally wrong
-constexpr std::size_t kFewestBlocks = 4, kMostWindows = 240, kWindowsPerBlock = 3, kMostForceReadings = 4,
+constexpr std::size_t kFewestBlocks = 4, kMostWindows = 480, kWindowsPerBlock = 3, kMostForceReadings = 4,
                       kMostInPairs = 9;
 constexpr double kDiffering = 0.5;  // of the median error: from there on two readings differ in a window
 // The error of a force that counts as a plain error of a parameter, on either side.
@@ -551,7 +552,10 @@ void judge_forces(const Ship& ship, std::vector<Trajectory> recordings, bool win
     for (const double gain : kPlainGains) {
       std::vector<Trajectory> plain = as_stated;
       for (Trajectory& recording : plain) with_gain(recording, entry.channel, gain);
-      if (!is_decisive(odds_of(errors, check.errors(plain)), gain == 0.0 ? kAbsentRatio : kForceRatio)) return false;
+      const Odds rival = odds_of(errors, check.errors(plain));
+      if (!(rival.log_odds > kAgainstPlain && rival.is_certain &&
+            rival.ratio > (gain == 0.0 ? kAbsentRatio : kForceRatio)))
+        return false;
     }
     return true;
   };
