@@ -157,7 +157,11 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
         for (std::size_t i = 0; i < substeps; ++i) {
           const double from_s = stretch.t_s[k] + static_cast<double>(i) * h;
           step.push_back(inputs.step(from_s, h));
-          late.push_back(inputs.step(from_s, h, kTimingShare * sample_s));
+          late.push_back(step.back());
+          const StepInputs<double> before = inputs.step(from_s - kTimingShare * sample_s, h);
+          late.back().start.actuators = before.start.actuators;
+          late.back().middle.actuators = before.middle.actuators;
+          late.back().end.actuators = before.end.actuators;
         }
         wind_speed += step.front().start.true_wind.norm();
       }

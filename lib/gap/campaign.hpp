@@ -21,8 +21,8 @@ struct Stretch {
   std::vector<double> t_s;
   std::vector<Vec6> measured;                           ///< at t_s; NaN where missing
   std::vector<std::vector<StepInputs<double>>> inputs;  ///< from t_s[k] to t_s[k+1], in substeps of equal length
-  /// The same with the rudders later by `late_s`, a tenth of the recording's sampling time: how well a rudder's motion
-  /// between samples is known.
+  /// The same with the actuators later by a tenth of the recording's sampling time: how well their motion between
+  /// samples is known.
   std::vector<std::vector<StepInputs<double>>> late_inputs;
   double wind_speed_mps = 0.0;  ///< mean of the recorded true wind; 0: no wind is recorded
 

@@ -36,6 +36,9 @@ Noise first_noise(const Campaign& campaign) {
   const double L = campaign.ship.particulars.L_pp, scale = campaign.time_scale();
   noise.sigma_w << 1e-3, 1e-3, 1e-3 / (0.25 * L);
   noise.tau_s = 12.0 * scale;
+  // Shorter is noise of the sensors, longer a force that has a cause.
+  noise.least_tau_s = 4.0 * scale;
+  noise.longest_tau_s = 40.0 * scale;
   noise.wind_tau_s = 15.0 * scale;
   const Vec6 least = (Vec6() << 1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-5).finished();
   for (int i = 0; i < kShipStates; ++i) {
@@ -119,7 +122,7 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   const Levels x = levels.array().exp();
   Noise noise = like;
   noise.sigma_w = x.head<3>();
-  noise.tau_s = x[3];
+  noise.tau_s = std::clamp(x[3], like.least_tau_s, like.longest_tau_s);
   noise.measurement_sd << x[4], x[4], x.segment<4>(5);
   noise.wind_share = x[kWindLevel];
   return noise;
@@ -224,8 +227,9 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     parallel_for(n, options.jobs, [&](std::size_t s) {
       fit.stretches[s] = linearize(campaign.ship, campaign.stretches[s], paths[s], fit.theta);
     });
-    const LevelProblem levels{fit.stretches,        fit.theta,          prior_sd,    {},          fit.noise,
-                              fit.level_prior_mean, fit.level_prior_sd, free_levels, options.jobs};
+    const LevelProblem levels{
+        fit.stretches,      fit.theta,   prior_sd,    ExtraColumns{0, nullptr}, fit.noise, fit.level_prior_mean,
+        fit.level_prior_sd, free_levels, options.jobs};
     fit.total = levels.total(fit.noise);
     const Eigen::VectorXd precision = prior_sd.array().square().inverse();
     const Eigen::VectorXd slope = fit.total.b - precision.cwiseProduct(fit.theta);
@@ -253,7 +257,11 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     step *= relaxation;
     parallel_for(n, options.jobs, [&](std::size_t s) {
       fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, step);
-      paths[s] = fit.smoothed[s].state;
+      // Columns must not know the measurements that they explain: along the smoothed path they would, and noise alone
+      // would look like an effect. The first points, where the filter settles, matter little.
+      paths[s] = fit.smoothed[s].filtered;
+      const std::size_t settling = std::min<std::size_t>(5, paths[s].size());
+      std::copy_n(fit.smoothed[s].state.begin(), settling, paths[s].begin());
     });
     fit.theta += step;
     const double moved_before = moved;
@@ -276,8 +284,9 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
                [&](std::size_t s) { fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, Eigen::VectorXd::Zero(p)); });
 
   // Standard errors of the levels from the curvature.
-  const LevelProblem problem{fit.stretches,        fit.theta,          prior_sd,    {},          fit.noise,
-                             fit.level_prior_mean, fit.level_prior_sd, free_levels, options.jobs};
+  const LevelProblem problem{
+      fit.stretches,      fit.theta,   prior_sd,    ExtraColumns{0, nullptr}, fit.noise, fit.level_prior_mean,
+      fit.level_prior_sd, free_levels, options.jobs};
   const Levels h = levels_of(fit.noise);
   constexpr double kWide = 0.2;
   std::vector<Levels> points{h};

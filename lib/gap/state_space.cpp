@@ -137,6 +137,8 @@ void Filter::predict(std::size_t k) {
         noise_.sigma_w[i] * noise_.sigma_w[i] *
         (1.0 - A(kErrorStart + i, kErrorStart + i) * A(kErrorStart + i, kErrorStart + i));
   for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
+  const Vec6 timing = noise_.timing_sd * stretch_.steps[k].G.rightCols<1>();
+  covariance.topLeftCorner<kShipStates, kShipStates>() += timing * timing.transpose();
   covariance.diagonal().array() += kTiny;
   if (columns.cols() > 0) {
     top_.noalias() = stretch_.steps[k].A * columns;
@@ -219,7 +221,11 @@ Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::V
     result.covariance[k] =
         filtered_covariance[k] + C * (result.covariance[k + 1] - predicted_covariance[k + 1]) * C.transpose();
   }
-  for (std::size_t k = 0; k < n; ++k) result.state[k] += stretch.path[k];
+  for (std::size_t k = 0; k < n; ++k) {
+    result.state[k] += stretch.path[k];
+    filtered[k] += stretch.path[k];
+  }
+  result.filtered = std::move(filtered);
   return result;
 }
 

@@ -67,11 +67,15 @@ LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<St
 
 /// Levels of the noise.
 struct Noise {
-  Vec3<double> sigma_w;      ///< of the acceleration error [m/s^2, m/s^2, rad/s^2]
-  double tau_s = 0.0;        ///< its correlation time
-  Vec6 measurement_sd;       ///< of one point of the grid
+  Vec3<double> sigma_w;                           ///< of the acceleration error [m/s^2, m/s^2, rad/s^2]
+  double tau_s = 0.0;                             ///< its correlation time
+  double least_tau_s = 0.0, longest_tau_s = 1e9;  ///< between which it is estimated
+  Vec6 measurement_sd;                            ///< of one point of the grid
   double wind_share = 0.12;  ///< sd of each component of the wind's error, by the mean wind speed of the stretch
   double wind_tau_s = 0.0;
+  /// Of each step's own timing of the actuators, in tenths of the sampling time: where they moved between two samples
+  /// is not known, and a straight line is wrong by up to a third of the time between.
+  double timing_sd = 2.0;
 };
 
 /// What the measurements say about columns c_j, each an addition beta_j c_j(k) to the six ship states of every step:
@@ -140,6 +144,7 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
 /// Smoothed states (path + dx) and their covariances, with theta moved by dtheta; innovations if asked for.
 struct Smoothed {
   std::vector<StateVector> state;
+  std::vector<StateVector> filtered;  ///< the same from the measurements up to each point alone
   std::vector<StateMatrix> covariance;
   std::vector<Vec6> innovations;  ///< white, NaN where nothing was measured
 };

@@ -147,12 +147,12 @@ void for_each_uncertain(Model<T>& model, const Visit& visit) {
 
 /// The uncertain parameters of a ship: for_each_uncertain() with what its JSON's "uncertainty" says in place of the
 /// defaults. Throws InputError for a name that the ship does not have.
-/// The last one is no coefficient: kRudderTiming.
+/// The last one is no coefficient: kTiming.
 std::vector<UncertainParameter> uncertain_parameters(const Ship& ship);
 
-/// How much later the rudders moved than the recording's samples, joined by lines, say; 1 is a tenth of the sampling
+/// How much later the actuators moved than the recording's samples, joined by lines, say; 1 is a tenth of the sampling
 /// time. Without it, actuators sampled once a second look like late ones.
-inline constexpr const char* kRudderTiming = "rudder.timing";
+inline constexpr const char* kTiming = "actuators.timing";
 
 /// Multiplies the parameters of a model by exp(theta), in the order of uncertain_parameters(); the timing is left
 /// alone.
