@@ -123,6 +123,8 @@ TEST_CASE("audit: each fault of a realistic size is found, named and measured, a
       {"rate-bias", "rate_bias_degps", 0.05, injected([](Injected& f) { f.rate_bias = 0.05 * kDegree; })},
       {"rate-scale", "rate_scale", -0.05, injected([](Injected& f) { f.rate_scale = -0.05; })},
       {"sensor-filter", "filter_s", 2.0, injected([](Injected& f) { f.filter_s = 2.0; })},
+      {"sensor-filter", "heading_filter_s", 2.0,
+       injected([](Injected& f) { f.filter_s = 2.0, f.filters_heading = true; })},
   };
   for (const Planted& planted : all) check_named(planted, {.seed = 41});
   SECTION("also at 10 Hz, from one recording") {
