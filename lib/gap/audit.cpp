@@ -529,6 +529,7 @@ double by_smallest(const Fitter& fitter, std::size_t member, const VectorXd& own
     case position_latency:
     case velocity_filter:
     case rate_filter:
+    case heading_filter:
       return std::abs(own(0)) / latency;
     case rate_bias:
       return std::abs(own(0)) / (0.01 * rate);
@@ -593,8 +594,12 @@ std::string sentence_of(std::size_t member, const std::vector<Estimate>& e) {
                          signed_side(e[0].value, "high", "low"));
     case velocity_filter:
     case rate_filter:
+    case heading_filter:
       return fmt::format("{} have passed a filter of first order with a time constant of {:.2f} s (sd {:.2f})",
-                         moved > 1 ? "u, v_m and r" : "u and v_m", e[0].value, e[0].sd);
+                         moved > 2   ? "u, v_m, r and the heading"
+                         : moved > 1 ? "u, v_m and r"
+                                     : "u and v_m",
+                         e[0].value, e[0].sd);
   }
   return "";
 }
@@ -633,10 +638,14 @@ Fault fault_of(const Fitter& fitter, const FaultModel& model, std::size_t place,
 // Where the same parameter would stand twice, or what two members do is the same.
 bool exclude_each_other(std::size_t a, std::size_t b) {
   if (fault_library()[a].name == fault_library()[b].name) return true;
-  // To first order a lag of first order is a latency.
+  // To first order a lag of first order is a latency. One of all channels but the positions is another matter: some of
+  // them may come late on top of it.
   const auto effect = [](FaultParameter parameter) {
     return parameter == velocity_filter ? velocity_latency : parameter == rate_filter ? rate_latency : parameter;
   };
+  for (const std::size_t member : {a, b})
+    for (const FaultParameter parameter : fault_library()[member].numbers[0])
+      if (parameter == heading_filter) return false;
   for (const std::vector<FaultParameter>& of_a : fault_library()[a].numbers)
     for (const std::vector<FaultParameter>& of_b : fault_library()[b].numbers)
       for (const FaultParameter in_a : of_a)
@@ -684,6 +693,21 @@ struct Search {
     for (std::size_t c = 1; c < tried.size(); ++c)
       if (tried[c].heldout.sum() > tried[best].heldout.sum()) best = c;
     const auto is_clear = [](const Gain& gain) { return gain.is_certain() && gain.total > 2.0; };
+    // Clocks are relative, so that one late channel can be told as the others being early: sensors are late.
+    // Early positions stand for all others being late.
+    const auto latency = [&](std::size_t c) {
+      const FaultParameter first = last(tried[c]).numbers[0][0];
+      const bool is_latency = first == velocity_latency || first == heading_latency || first == rate_latency;
+      return is_latency ? tried[c].numbers(tried[c].numbers.size() - 1) : 0.0;
+    };
+    if (latency(best) < 0.0) {
+      std::optional<std::size_t> late;
+      for (std::size_t c = 0; c < tried.size(); ++c)
+        if (latency(c) > 0.0 && !is_clear(heldout_gain(tried[best], tried[c])) &&
+            (!late || tried[c].heldout.sum() > tried[*late].heldout.sum()))
+          late = c;
+      if (late) best = *late;
+    }
     for (std::size_t c = 0; c < best; ++c)
       if (last(tried[c]).name == last(tried[best]).name && !is_clear(heldout_gain(tried[best], tried[c]))) return c;
     return best;
@@ -859,6 +883,11 @@ Trajectory corrected(const Trajectory& recording, const std::vector<Fault>& faul
   result[Channel::x0] = read(Channel::x0, fault[position_latency], 0.0);
   result[Channel::y0] = read(Channel::y0, fault[position_latency], 0.0);
 
+  // The recorded r is the slope of a heading behind the same lag.
+  if (fault[heading_filter] != 0.0 && recording.has(Channel::psi)) {
+    const std::vector<double> slope = read(Channel::r, fault[rate_latency], 0.0);
+    for (std::size_t k = 0; k < t.size(); ++k) result[Channel::psi][k] += fault[heading_filter] * slope[k];
+  }
   for (double& psi : result[Channel::psi]) psi -= fault[heading_bias];
   for (double& u : result[Channel::u]) u = (u - fault[log_bias_u]) / (1.0 + fault[log_scale]);
   for (double& v : result[Channel::vm]) v = (v - fault[log_bias_v]) / (1.0 + fault[sway_log_scale]);

@@ -57,7 +57,7 @@ struct AuditOptions {
 
 /// Compares the recordings with themselves, without any force model: over windows the integrals of eta' - R(psi) nu and
 /// psi' - r, against each fault of the library, robustly, with rivalry between them. What is not recorded is said in
-/// the notices. Source: docs/gap-locate.md.
+/// the notices. Formulas, signs and thresholds: docs/gap-audit.md.
 Audit audit(const std::vector<Trajectory>& recordings, const AuditOptions& options);
 
 /// The recording with the faults taken out: channels shifted by fractions of a sample, rotated, rescaled. Samples that

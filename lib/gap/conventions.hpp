@@ -26,7 +26,8 @@ struct Conventions {
 
 /// Enumerates sign, unit and frame readings of each channel and scores them by kinematic consistency (eta' against
 /// R(psi) nu, psi' against r, true against apparent wind) and by gross force consistency (the ship's model against the
-/// recorded accelerations). Nothing is fitted. Readings that the data cannot tell from the stated one are not claimed.
+/// recorded velocities over short times). Nothing is fitted. Readings that the data cannot tell from the stated one are
+/// not claimed. Readings and thresholds: docs/gap-audit.md.
 Conventions check_conventions(const Ship& ship, const std::vector<Trajectory>& recordings);
 
 /// The recording as it reads when the named readings hold: afterwards it follows leeway's conventions.

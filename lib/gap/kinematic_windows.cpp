@@ -202,7 +202,8 @@ Eigen::VectorXd KinematicWindows::residuals(const SensorFaults& faults) const {
 void KinematicWindows::update(Kinematics kind, const SensorFaults& faults, Eigen::VectorXd& residuals) const {
   const double cu = 1.0 / (1.0 + faults[log_scale]), cv = 1.0 / (1.0 + faults[sway_log_scale]);
   const double cr = 1.0 / (1.0 + faults[rate_scale]);
-  const bool has_velocity_lag = faults[velocity_filter] != 0.0, has_rate_lag = faults[rate_filter] != 0.0;
+  const bool has_velocity_lag = faults[velocity_filter] != 0.0,
+             has_rate_lag = faults[rate_filter] != faults[heading_filter];
   const bool has_lever = faults[lever_x] != 0.0 || faults[lever_y] != 0.0;
   for (const Segment& segment : segments_) {
     if (segment.kind != kind) continue;
@@ -219,11 +220,14 @@ void KinematicWindows::update(Kinematics kind, const SensorFaults& faults, Eigen
       if (kind == Kinematics::heading) {
         const double then = s - faults[heading_latency] + faults[rate_latency];
         double r = at.r.value(then, place[2]);
-        if (has_rate_lag) r += faults[rate_filter] * at.r.slope(then, place[2]);
+        // The recorded r is the slope of a heading behind the same lag.
+        if (has_rate_lag) r += (faults[rate_filter] - faults[heading_filter]) * at.r.slope(then, place[2]);
         return {cr * (r - faults[rate_bias]), 0.0};
       }
       const double now = s - faults[position_latency], then = now + faults[velocity_latency];
-      const double psi = at.psi.value(now + faults[heading_latency], place[3]) - faults[heading_bias];
+      double psi = at.psi.value(now + faults[heading_latency], place[3]) - faults[heading_bias];
+      if (faults[heading_filter] != 0.0 && !at.r.empty())
+        psi += faults[heading_filter] * at.r.value(now + faults[rate_latency], place[2]);
       double u = at.u.value(then, place[0]), v = at.v.value(then, place[1]);
       if (has_velocity_lag) {
         u += faults[velocity_filter] * at.u.slope(then, place[0]);

@@ -30,6 +30,7 @@ constexpr std::array<FaultParameterInfo, kFaultParameterCount> kInfo{{
     {rate_scale, "rate_scale", 1.0, 0.3, false, true, false},
     {velocity_filter, "filter_s", 1.0, 3.0, true, false, true},
     {rate_filter, "rate_filter_s", 1.0, 3.0, false, true, true},
+    {heading_filter, "heading_filter_s", 1.0, 3.0, true, true, true},
 }};
 
 }  // namespace
@@ -53,6 +54,7 @@ const std::vector<FaultCandidate>& fault_library() {
       {"rate-scale", {{rate_scale}}},
       {"sensor-filter", {{velocity_filter}}},
       {"sensor-filter", {{velocity_filter, rate_filter}}},
+      {"sensor-filter", {{velocity_filter, rate_filter, heading_filter}}},
   };
   return library;
 }

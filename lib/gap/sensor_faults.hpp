@@ -11,7 +11,7 @@
 /// What the sensors of a recording can have. With (x0, y0), psi, (u, v_m), r the true channels of midship, the
 /// recorded ones are
 ///   (x0, y0)(t) + R(psi) (lever_x, lever_y), late by position_latency
-///   psi(t) + heading_bias, late by heading_latency
+///   psi(t) + heading_bias, passed through a lag of first order (with r through the same), late by heading_latency
 ///   (1 + log_scale) (u - u_c) + log_bias_u, (1 + sway_log_scale) (v_m - v_c) + log_bias_v, passed through a lag of
 ///     first order, late by velocity_latency; (u_c, v_c) = R(psi)^T (current_x, current_y)
 ///   (1 + rate_scale) r + rate_bias, passed through a lag of first order, late by rate_latency
@@ -35,8 +35,9 @@ enum class FaultParameter : std::size_t {
   rate_scale,
   velocity_filter,
   rate_filter,
+  heading_filter,
 };
-inline constexpr std::size_t kFaultParameterCount = 17;
+inline constexpr std::size_t kFaultParameterCount = 18;
 
 /// One value per parameter, SI and radians; all zero: sound sensors.
 struct SensorFaults {

@@ -149,6 +149,25 @@ TEST_CASE("audit: a latency of several seconds is found, and to a fraction of a 
   check_named({"velocity-latency", "velocity_latency_s", 3.4, fault}, {.seed = 53});
 }
 
+TEST_CASE("audit: a filter of all channels but the positions is told from positions that are early", "[gap][audit]") {
+  // They differ to second order only: little noise.
+  Injected fault;
+  fault.filter_s = 2.0;
+  fault.filters_heading = true;
+  const Audit result = audit(recorded({.seed = 41}, vectwin(), fault, 0.2), {});
+  CAPTURE(names(result));
+  REQUIRE(result.faults.size() == 1);
+  CHECK(result.faults[0].name == "sensor-filter");
+  const Estimate& estimate = parameter(result.faults[0], "heading_filter_s");
+  CHECK_THAT(estimate.value, WithinAbs(2.0, 3.0 * estimate.sd));
+
+  fault = {};
+  fault.position_latency_s = -2.0;
+  const Audit early = audit(recorded({.seed = 41}, vectwin(), fault, 0.2), {});
+  REQUIRE(early.faults.size() == 1);
+  CHECK(early.faults[0].name == "position-latency");
+}
+
 TEST_CASE("audit: two faults at once are both named and measured", "[gap][audit]") {
   Injected fault;
   fault.heading_bias = 2.0 * kDegree;

@@ -76,11 +76,21 @@ inline double at_time(const Trajectory& recording, Channel channel, double t_s) 
 struct Injected {
   double heading_bias = 0.0, lever_x = 0.0, lever_y = 0.0, log_scale = 0.0, log_bias_u = 0.0, log_bias_v = 0.0;
   double current_x = 0.0, current_y = 0.0, rate_bias = 0.0, rate_scale = 0.0, filter_s = 0.0;
+  bool filters_heading = false;  // as well, before its latency
   double velocity_latency_s = 0.0, heading_latency_s = 0.0, rate_latency_s = 0.0, position_latency_s = 0.0;
 };
 
 inline Trajectory with_fault(const Trajectory& truth, const Injected& fault) {
   Trajectory seen = truth;
+  std::vector<double> psi = truth[Channel::psi];
+  if (fault.filters_heading)
+    for (std::size_t k = 1; k < psi.size(); ++k) {
+      const double share = 1.0 - std::exp(-(truth[Channel::t][k] - truth[Channel::t][k - 1]) / fault.filter_s);
+      psi[k] = psi[k - 1] + share * (0.5 * (truth[Channel::psi][k - 1] + truth[Channel::psi][k]) - psi[k - 1]);
+    }
+  Trajectory lagging;
+  lagging[Channel::t] = truth[Channel::t];
+  lagging[Channel::psi] = psi;
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const double t = truth[Channel::t][k];
     const auto psi_at = [&](double then) { return at_time(truth, Channel::psi, then); };
@@ -88,7 +98,7 @@ inline Trajectory with_fault(const Trajectory& truth, const Injected& fault) {
     const double c = std::cos(psi_at(tp)), s = std::sin(psi_at(tp));
     seen[Channel::x0][k] = at_time(truth, Channel::x0, tp) + c * fault.lever_x - s * fault.lever_y;
     seen[Channel::y0][k] = at_time(truth, Channel::y0, tp) + s * fault.lever_x + c * fault.lever_y;
-    seen[Channel::psi][k] = psi_at(t - fault.heading_latency_s) + fault.heading_bias;
+    seen[Channel::psi][k] = at_time(lagging, Channel::psi, t - fault.heading_latency_s) + fault.heading_bias;
     const double cv = std::cos(psi_at(tv)), sv = std::sin(psi_at(tv));
     seen[Channel::u][k] =
         (1.0 + fault.log_scale) * (at_time(truth, Channel::u, tv) - cv * fault.current_x - sv * fault.current_y) +
