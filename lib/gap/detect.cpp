@@ -228,7 +228,7 @@ Whiteness whiteness(const FittedNull& fit) {
 Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLibrary& library,
                  const DetectOptions& options) {
   const Eigen::Index p = fit.theta.size(), count = library.columns();
-  const Eigen::VectorXd& wide_sd = fit.tolerated_sd;
+  const Eigen::VectorXd& wide_sd = fit.prior_sd;
   std::vector<std::size_t> all(library.entries().size());
   std::iota(all.begin(), all.end(), std::size_t{0});
 

@@ -153,7 +153,7 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
   });
 
   // The parameters take what they can.
-  const Eigen::VectorXd precision = fit.tolerated_sd.array().square().inverse();
+  const Eigen::VectorXd precision = fit.prior_sd.array().square().inverse();
   Eigen::MatrixXd M = fit.total.F;
   M.diagonal() += precision;
   const Eigen::LLT<Eigen::MatrixXd> factor(M);
@@ -489,7 +489,7 @@ PatternEvidence pattern_evidence(const Campaign& campaign, const FittedNull& fit
   });
   Evidence total(fit.theta.size() + count);
   for (const Evidence& part : parts) total += part;
-  result.projected = project(total, fit.theta, fit.tolerated_sd);
+  result.projected = project(total, fit.theta, fit.prior_sd);
   return result;
 }
 

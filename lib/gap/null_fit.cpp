@@ -19,7 +19,8 @@ constexpr double kOutlier = 6.0;           // sd of the innovation
 constexpr double kThetaAtRest = 0.02;      // of a prior sd
 constexpr double kNear = 0.3, kFar = 1.5;  // distance from the best parameters in their posterior sd
 constexpr double kNoiseAtRest = 0.03;      // of ln level
-constexpr double kLargestStep = 0.7;       // of theta in one iteration
+constexpr double kNearlyAtRest = 0.1;      // of a prior sd
+constexpr double kLargestStep = 0.3;       // of theta in one iteration
 constexpr double kDifference = 0.02;       // for derivatives by ln level
 constexpr double kFarLevel = 40.0;         // nothing is e^40 of its unit
 
@@ -198,11 +199,12 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   const auto p = static_cast<Eigen::Index>(fit.parameters.size());
   Eigen::VectorXd& prior_sd = fit.prior_sd;
   prior_sd.resize(p);
-  fit.tolerated_sd.resize(p);
-  for (Eigen::Index i = 0; i < p; ++i) {
-    prior_sd[i] = fit.parameters[static_cast<std::size_t>(i)].log_sd;
-    fit.tolerated_sd[i] = fit.parameters[static_cast<std::size_t>(i)].tolerated_sd;
-  }
+  const auto set_prior = [&](double UncertainParameter::*sd) {
+    for (Eigen::Index i = 0; i < p; ++i) prior_sd[i] = fit.parameters[static_cast<std::size_t>(i)].*sd;
+  };
+  // First within the stated uncertainty, which leads to the right valley; then within what is tolerated.
+  set_prior(&UncertainParameter::log_sd);
+  int widened_at = -1;
   fit.theta = Eigen::VectorXd::Zero(p);
   fit.noise = first_noise(campaign);
   // Weak knowledge that keeps levels finite where the recordings say nothing. Model errors of model ships are around
@@ -239,7 +241,14 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     Eigen::MatrixXd M = fit.total.F;
     M.diagonal() += precision;
     fit.report.distance = std::sqrt(std::max(0.0, slope.dot(M.llt().solve(slope))));
-    const bool is_at_rest = iteration > 2 && moved < kThetaAtRest && noise_moved < kNoiseAtRest;
+    if (widened_at < 0 && iteration > 2 && (moved < kNearlyAtRest || iteration > options.most_iterations / 2)) {
+      set_prior(&UncertainParameter::tolerated_sd);
+      widened_at = iteration;
+      relaxation = 1.0;
+      continue;
+    }
+    const bool is_at_rest =
+        widened_at >= 0 && iteration > widened_at + 1 && moved < kThetaAtRest && noise_moved < kNoiseAtRest;
     fit.report.converged = is_at_rest && fit.report.distance < kFar;
     if ((is_at_rest && fit.report.distance < kNear) || iteration == options.most_iterations) break;
 
@@ -324,8 +333,9 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(p, p));
   for (Eigen::Index i = 0; i + 1 < p; ++i) {
     const double factor = std::exp(fit.theta[i]), sd = std::sqrt(covariance(i, i));
-    report.parameters.push_back({fit.parameters[static_cast<std::size_t>(i)].name, factor, factor * sd, prior_sd[i],
-                                 fit.theta[i] / prior_sd[i]});
+    const UncertainParameter& parameter = fit.parameters[static_cast<std::size_t>(i)];
+    report.parameters.push_back(
+        {parameter.name, factor, factor * sd, parameter.log_sd, fit.theta[i] / parameter.log_sd});
   }
   return fit;
 }

@@ -18,8 +18,8 @@ struct FittedNull {
   Noise noise;
   std::vector<LinearStretch> stretches;  ///< linearized at theta along the smoothed paths
   std::vector<Smoothed> smoothed;
-  Evidence total;                          ///< about theta, at the end
-  Eigen::VectorXd prior_sd, tolerated_sd;  ///< of theta; UncertainParameter
+  Evidence total;            ///< about theta, at the end
+  Eigen::VectorXd prior_sd;  ///< of theta: UncertainParameter::tolerated_sd
   Levels level_prior_mean, level_prior_sd;
   NullFit report;
 };
@@ -30,9 +30,9 @@ struct FitOptions {
   std::function<void(double done, const std::string& note)> progress;  ///< done in 0..1
 };
 
-/// Maximizes the marginal likelihood: the paths are integrated out by the filter, the parameters theta ~ N(0, log_sd^2)
-/// by Laplace's method, around paths and parameters that are renewed until they rest; noise levels by BFGS (Ceres).
-/// Measurements farther than 6 sd from their prediction are left out and counted.
+/// Maximizes the marginal likelihood: the paths are integrated out by the filter, the parameters theta ~ N(0,
+/// tolerated_sd^2) by Laplace's method, around paths and parameters that are renewed until they rest; noise levels by
+/// BFGS (Ceres). Measurements farther than 6 sd from their prediction are left out and counted.
 FittedNull fit_null(Campaign& campaign, const FitOptions& options);
 
 /// ln of the integral of exp(log_likelihood + b'd - d'Fd/2) N(theta + d; 0, sd^2) over d.
