@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "gap/campaign.hpp"
 #include "gap/kinematic_windows.hpp"
+#include "gap/simulated_campaign.hpp"
 
 using namespace leeway;
 using namespace leeway::gap;
@@ -106,7 +106,7 @@ TEST_CASE("kinematic windows: a ship on a circle leaves no residual, whatever th
   }
 }
 
-TEST_CASE("audit: each fault of a realistic size is found, named and measured, and no other", "[gap][audit]") {
+TEST_CASE("audit: each fault of a realistic size is found, named and measured, and no other", "[gap][audit][long]") {
   const std::vector<Planted> all{
       {"heading-bias", "heading_bias_deg", -3.0, injected([](Injected& f) { f.heading_bias = -3.0 * kDegree; })},
       {"lever-arm", "lever_y_m", -0.3, injected([](Injected& f) { f.lever_x = 0.4, f.lever_y = -0.3; })},
@@ -131,7 +131,7 @@ TEST_CASE("audit: each fault of a realistic size is found, named and measured, a
   }
 }
 
-TEST_CASE("audit: small faults are found as well", "[gap][audit]") {
+TEST_CASE("audit: small faults are found as well", "[gap][audit][long]") {
   const Campaign campaign{.seed = 47, .recordings = 12};
   check_named({"heading-bias", "heading_bias_deg", 0.7, injected([](Injected& f) { f.heading_bias = 0.7 * kDegree; })},
               campaign);
@@ -183,7 +183,7 @@ TEST_CASE("audit: two faults at once are both named and measured", "[gap][audit]
   }
 }
 
-TEST_CASE("audit: sound sensors are found sound", "[gap][audit]") {
+TEST_CASE("audit: sound sensors are found sound", "[gap][audit][long]") {
   // One false alarm in a hundred campaigns is allowed: two in thirty would come by chance once in thirty times.
   std::size_t alarms = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {

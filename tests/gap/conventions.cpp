@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 
 #include "core/errors.hpp"
-#include "gap/campaign.hpp"
 #include "gap/perturbed_ship.hpp"
+#include "gap/simulated_campaign.hpp"
 
 using namespace leeway;
 using namespace leeway::gap;
@@ -122,7 +122,7 @@ TEST_CASE("conventions: true and apparent wind tell each other's conventions", "
 }
 
 TEST_CASE("conventions: readings of rudders, propeller and wind are found by the forces of a ship 20 % wrong",
-          "[gap][conventions]") {
+          "[gap][conventions][long]") {
   const Ship truth = read_ship("esso-osaka-3m"), wrong_ship = perturbed_ship("esso-osaka-3m", 0.2, 3);
   std::vector<Trajectory> right =
       recorded({.ship = "esso-osaka-3m", .seed = 11, .recordings = 8, .wind_mps = 2.0}, truth);
@@ -151,7 +151,7 @@ TEST_CASE("conventions: one rudder of two, and a thruster, can be the one that i
 }
 
 TEST_CASE("conventions: nothing is claimed of right recordings, though the ship is wrong and a current unknown",
-          "[gap][conventions]") {
+          "[gap][conventions][long]") {
   std::size_t claims = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     const std::string name = seed % 2 == 0 ? "vectwin-3m" : "esso-osaka-3m";

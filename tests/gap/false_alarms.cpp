@@ -5,9 +5,9 @@
 
 #include "core/parallel.hpp"
 #include "gap/audit.hpp"
-#include "gap/campaign.hpp"
 #include "gap/conventions.hpp"
 #include "gap/perturbed_ship.hpp"
+#include "gap/simulated_campaign.hpp"
 
 /// The measured rates of docs/gap-audit.md: `leeway-tests "[measure]"` prints them. Hidden, as it takes minutes.
 using namespace leeway;

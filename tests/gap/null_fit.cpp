@@ -1,0 +1,232 @@
+#include <catch2/catch.hpp>
+
+#include "core/errors.hpp"
+#include "core/random.hpp"
+#include "core/units.hpp"
+#include "dynamics/maneuvers.hpp"
+#include "dynamics/observation_noise.hpp"
+#include "gap/campaign.hpp"
+#include "gap/detect.hpp"
+#include "gap/locate.hpp"
+
+using namespace leeway;
+using Catch::Matchers::Contains;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+// Two zigzags with noise; the ship may have more physics than the simulator.
+std::vector<Trajectory> zigzags(const Ship& truth, double duration_s = 200.0, std::uint64_t seed = 1) {
+  std::vector<Trajectory> recordings;
+  for (const double angle_deg : {15.0, 25.0}) {
+    SimulatedShip ship(truth);
+    Trajectory run;
+    double side = 1.0;
+    const auto steps = static_cast<int>(duration_s / 0.1);
+    for (int k = 0; k <= steps; ++k) {
+      if (k % 10 == 0) append_sample(run, truth, 0.1 * k, ship.state, {ship.actuators, Vec2<double>::Zero(), 0.1 * k});
+      if (side * ship.state.eta(2) > angle_deg * kDegree) side = -side;
+      Actuators<double> command = truth.initial_actuators();
+      for (const Actuator& actuator : truth.actuators)
+        if (actuator.is_rudder()) command[actuator.channel] = side * angle_deg * kDegree;
+      ship.step(command, Vec2<double>::Zero(), 0.1);
+    }
+    RandomStream random(seed, "zigzags", static_cast<std::uint64_t>(angle_deg));
+    const std::array<double, 6> sd{0.03, 0.03, 0.1 * kDegree, 0.01, 0.01, 0.1 * kDegree};
+    for (std::size_t c = 0; c < gap::kMeasured.size(); ++c)
+      for (double& x : run[gap::kMeasured[c]]) x += sd[c] * random.normal();
+    run[Channel::wind_speed].clear();
+    run[Channel::wind_dir].clear();
+    run[Channel::app_wind_speed].clear();
+    run[Channel::app_wind_dir].clear();
+    run.name = run.file = "zigzag" + std::to_string(static_cast<int>(angle_deg));
+    recordings.push_back(std::move(run));
+  }
+  return recordings;
+}
+
+Ship with_effect(Ship ship, const std::string& type,
+                 const std::vector<std::pair<std::string, std::optional<double>>>& parameters) {
+  ship.effects.push_back({type, parameters, "ship.json", "/effects/0"});
+  return ship;
+}
+
+}  // namespace
+
+TEST_CASE("gap: noise levels are recovered, and a perfect simulator errs by nothing", "[gap][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(ship, zigzags(ship), {});
+  const gap::FittedNull fit = gap::fit_null(campaign, {});
+  CHECK(fit.report.converged);
+  // 400 samples each: standard error 3.5 %.
+  const std::array<double, 6> planted{0.03, 0.03, 0.1, 0.01, 0.01, 0.1};
+  for (std::size_t i = 0; i < planted.size(); ++i) {
+    CAPTURE(fit.report.noise[i].name);
+    CHECK_THAT(fit.report.noise[i].value, WithinRel(planted[i], 0.15));
+  }
+  for (int axis = 0; axis < 3; ++axis) CHECK(fit.report.sigma_w[axis] < 0.15 * fit.report.typical[axis]);
+  for (const gap::ParameterShift& shift : fit.report.parameters) {
+    CAPTURE(shift.name);
+    CHECK(std::abs(shift.factor - 1.0) < 4.0 * shift.factor_sd + 0.02);
+  }
+}
+
+TEST_CASE("gap: an acceleration error of known size is estimated as such", "[gap][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const Ship truth =
+      with_effect(ship, "model-error",
+                  {{"surge_mps2", 1e-3}, {"sway_mps2", 1e-3}, {"yaw_degps2", 0.08}, {"tau_s", 12.0}, {"seed", 3.0}});
+  gap::Campaign campaign = gap::prepare(ship, zigzags(truth, 400.0), {});
+  const gap::FittedNull fit = gap::fit_null(campaign, {});
+  // About 60 correlation times in all: 10 % and more of standard error, and parameters take a part.
+  CHECK_THAT(fit.report.sigma_w[0], WithinRel(1e-3, 0.5));
+  CHECK_THAT(fit.report.sigma_w[1], WithinRel(1e-3, 0.5));
+  CHECK_THAT(fit.report.sigma_w[2], WithinRel(0.08 * kDegree, 0.5));
+}
+
+TEST_CASE("gap: nothing is found where nothing is, a current is found and named first", "[gap][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const auto detect = [&](const Ship& truth) {
+    gap::Campaign campaign = gap::prepare(ship, zigzags(truth), {});
+    const gap::FittedNull fit = gap::fit_null(campaign, {});
+    gap::DetectOptions options;
+    options.refitted = 2;
+    return gap::detect(campaign, fit, gap::EffectLibrary(campaign, fit), options);
+  };
+  CHECK(detect(ship).p_value > 0.01);
+  const gap::Detection found =
+      detect(with_effect(ship, "steady-current", {{"current_speed_mps", 0.05}, {"current_set_deg", 80.0}}));
+  CHECK(found.p_value < 1e-6);
+  REQUIRE_FALSE(found.effects.empty());
+  CHECK(found.effects.front().name == "steady-current");
+}
+
+TEST_CASE("gap: a tug is located in time, in axis and along the ship", "[gap][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const Ship truth = with_effect(
+      ship, "tug", {{"force_N", 0.8}, {"direction_deg", 90.0}, {"x_m", 1.0}, {"t_start_s", 80.0}, {"t_end_s", 140.0}});
+  gap::Campaign campaign = gap::prepare(ship, zigzags(truth), {});
+  const gap::FittedNull fit = gap::fit_null(campaign, {});
+  const gap::Location location = gap::locate(campaign, fit, {});
+  CHECK(location.scan_p_value < 0.01);
+  REQUIRE(location.located.intervals.size() >= 2);
+  for (std::size_t i = 0; i < 2; ++i) {  // blocks are 10 s long
+    CHECK(std::abs(location.located.intervals[i].t_start_s - 80.0) <= 20.0);
+    CHECK(std::abs(location.located.intervals[i].t_end_s - 140.0) <= 20.0);
+    CHECK(location.located.intervals[i].axis != 0);
+  }
+  REQUIRE(location.located.line_of_action);
+  const gap::Estimate& x_F = *location.located.line_of_action;
+  CHECK(std::abs(x_F.value - 1.0 / 3.0) < 3.0 * x_F.sd + 0.03);
+}
+
+TEST_CASE("gap: force residuals are the inertia matrix times the accelerations", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(ship, zigzags(ship, 60.0), {});
+  const gap::FittedNull fit = gap::fit_null(campaign, {});
+  const Inertia<double> inertia(ship.inertia, ship.particulars);
+  for (const gap::Residual& residual : gap::residuals(campaign, fit)) {
+    REQUIRE(residual.t_s.size() == 61);
+    for (std::size_t k = 0; k < residual.t_s.size(); k += 7) {
+      // At rest the equations of motion hold nothing but the inertia.
+      const Vec3<double> back = inertia.acceleration(Vec3<double>::Zero(), residual.force[k]);
+      for (int axis = 0; axis < 3; ++axis) CHECK(back[axis] == Approx(residual.acceleration[k][axis]).margin(1e-15));
+      CHECK(residual.acceleration_sd[k].minCoeff() > 0.0);
+    }
+  }
+}
+
+TEST_CASE("gap: fast recordings are thinned to means, missing samples stay missing, long gaps end a stretch", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  Trajectory run;
+  for (int i = 0; i < 2000; ++i) {
+    const double t = 0.1 * i + (i >= 1000 ? 50.0 : 0.0);
+    append_sample(run, ship, t, {{0.3 * t, 0.0, 0.0}, {0.3 + 0.001 * t, 0.0, 0.0}}, {{}, Vec2<double>::Zero(), t});
+  }
+  for (std::size_t i = 300; i < 330; ++i) run[Channel::u][i] = kMissing;
+  run.name = run.file = "fast";
+  const gap::Campaign campaign = gap::prepare(ship, {run}, {});
+  REQUIRE(campaign.stretches.size() == 2);
+  CHECK(campaign.step_s == Approx(1.1));
+  const gap::Stretch& first = campaign.stretches.front();
+  std::size_t missing = 0;
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    if (std::isnan(first.measured[k][3]))
+      ++missing;
+    else  // the mean of a linear course is its value at the mean time
+      CHECK(first.measured[k][3] == Approx(0.3 + 0.001 * first.t_s[k]));
+    CHECK(first.measured[k][0] == Approx(0.3 * first.t_s[k]));
+  }
+  CHECK(missing >= 3);
+  CHECK(missing <= 4);
+  CHECK_THAT(campaign.notices.back(), Contains("thinned"));
+}
+
+TEST_CASE("gap: recordings that cannot be used are refused with the reason", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  std::vector<Trajectory> recordings = zigzags(ship, 60.0);
+  SECTION("the same twice") {
+    recordings[1] = recordings[0];
+    CHECK_THROWS_WITH(gap::prepare(ship, recordings, {}), Contains("holds the same as"));
+  }
+  SECTION("no rudder") {
+    recordings[0][Channel::delta].clear();
+    CHECK_THROWS_WITH(gap::prepare(ship, recordings, {}), Contains("no column 'delta_deg'"));
+  }
+  SECTION("too short") {
+    CHECK_THROWS_WITH(gap::prepare(ship, zigzags(ship, 10.0), {}), Contains("no recording is long enough"));
+  }
+}
+
+TEST_CASE("gap: a ship states how well its coefficients are known, by names that exist", "[gap]") {
+  Ship ship = read_ship("kvlcc2-l7");
+  ship.uncertainty = {{"hull.N_vvr", 0.03}};
+  for (const gap::UncertainParameter& parameter : gap::uncertain_parameters(ship)) {
+    if (parameter.name == "hull.N_vvr") {
+      CHECK(parameter.log_sd == 0.03);
+      CHECK(parameter.tolerated_sd == Approx(0.06));
+    } else {
+      CHECK(parameter.tolerated_sd >= 0.2);
+    }
+  }
+  ship.uncertainty = {{"hull.C_D", 0.1}};  // of another hull model
+  CHECK_THROWS_WITH(gap::uncertain_parameters(ship), Contains("/uncertainty/hull.C_D"));
+}
+
+TEST_CASE("gap: derivatives of a step by automatic differentiation are those by differences", "[gap]") {
+  for (const char* name : {"esso-osaka-3m", "vectwin-3m", "kvlcc2-l7"}) {
+    CAPTURE(name);
+    const Ship ship = read_ship(name);
+    gap::Stretch stretch;
+    stretch.t_s = {0.0, 1.0};
+    stretch.measured.assign(2, gap::Vec6::Constant(kMissing));
+    Inputs<double> in;
+    for (const Actuator& actuator : ship.actuators)
+      in.actuators[actuator.channel] = actuator.is_rudder() ? 0.17 : actuator.channel == Channel::n_p ? 9.0 : 12.0;
+    in.true_wind = {0.7, -0.4};
+    stretch.inputs.assign(1, {StepInputs<double>{in, in, in}, StepInputs<double>{in, in, in}});
+    stretch.late_inputs = stretch.inputs;
+    stretch.wind_speed_mps = 0.8;
+    gap::StateVector x;
+    x << 1.0, 2.0, 0.3, 0.21, 0.031, -0.02, 1e-3, -2e-3, 5e-4, 0.05, -0.03;
+    const auto p = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
+    const Eigen::VectorXd theta = Eigen::VectorXd::LinSpaced(p, -0.1, 0.15);
+    const gap::LinearStretch linear = gap::linearize(ship, stretch, {x, x}, theta);
+    const auto step = [&](const gap::StateVector& at, const Eigen::VectorXd& parameters) {
+      Model<double> model(ship);
+      gap::apply_uncertainty(model, parameters);
+      return gap::advance<double>(model, at, stretch.inputs[0], 0.5);
+    };
+    const double h = 1e-6;
+    for (int j = 0; j < gap::kStates; ++j) {
+      const gap::StateVector d = h * gap::StateVector::Unit(j);
+      const gap::Vec6 difference = (step(x + d, theta) - step(x - d, theta)) / (2.0 * h);
+      CHECK((linear.steps[0].A.col(j) - difference).norm() < 1e-6 * (1.0 + difference.norm()));
+    }
+    for (Eigen::Index j = 0; j + 1 < p; ++j) {  // the last one is the timing, a difference itself
+      const Eigen::VectorXd d = h * Eigen::VectorXd::Unit(p, j);
+      const gap::Vec6 difference = (step(x, theta + d) - step(x, theta - d)) / (2.0 * h);
+      CHECK((linear.steps[0].G.col(j) - difference).norm() < 1e-7);
+    }
+  }
+}
