@@ -37,6 +37,7 @@ bool same_contents(const Trajectory& a, const Trajectory& b) {
 struct Point {
   double t_s;
   Vec6 measured;
+  double spread_s2 = 0.0;
   bool is_measured() const { return !measured.array().isNaN().all(); }
 };
 
@@ -51,6 +52,7 @@ std::vector<Point> binned(const Trajectory& recording, std::size_t first, double
     const auto n = static_cast<double>(end - i);
     Point point{0.0, Vec6::Constant(kMissing)};
     for (std::size_t k = i; k < end; ++k) point.t_s += t[k] / n;
+    for (std::size_t k = i; k < end; ++k) point.spread_s2 += (t[k] - point.t_s) * (t[k] - point.t_s) / n;
     for (std::size_t c = 0; c < kMeasured.size(); ++c) {
       const std::vector<double>& values = recording[kMeasured[c]];
       if (values.empty()) continue;
@@ -71,6 +73,25 @@ std::size_t Campaign::points() const {
   std::size_t n = 0;
   for (const Stretch& stretch : stretches) n += stretch.size();
   return n;
+}
+
+StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, double dt_s, double rudder_delay_s) {
+  constexpr int kParts = 8;
+  StepInputs<double> step = inputs.step(t_s, dt_s, rudder_delay_s);
+  std::array<StepInputs<double>, kParts> parts;
+  for (int i = 0; i < kParts; ++i) {
+    const double from_s = t_s + dt_s * i / kParts;
+    parts[static_cast<std::size_t>(i)] = inputs.step(from_s, dt_s / kParts, rudder_delay_s);
+  }
+  const auto average = [&](const auto& value) {
+    double mean = 0.0;
+    for (StepInputs<double>& part : parts) mean += value(part.middle) / kParts;
+    value(step.middle) = 0.25 * (6.0 * mean - value(step.start) - value(step.end));
+  };
+  for (std::size_t i = 0; i < kActuatorChannels.size(); ++i)
+    average([i](Inputs<double>& in) -> double& { return in.actuators.values[i]; });
+  for (const Eigen::Index i : {0, 1}) average([i](Inputs<double>& in) -> double& { return in.true_wind[i]; });
+  return step;
 }
 
 Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options) {
@@ -147,6 +168,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
       for (const Point& point : part) {
         stretch.t_s.push_back(point.t_s);
         stretch.measured.push_back(point.measured);
+        stretch.spread_s2.push_back(point.spread_s2);
       }
       double wind_speed = 0.0;
       for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
@@ -156,9 +178,9 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
         std::vector<StepInputs<double>>& late = stretch.late_inputs.emplace_back();
         for (std::size_t i = 0; i < substeps; ++i) {
           const double from_s = stretch.t_s[k] + static_cast<double>(i) * h;
-          step.push_back(inputs.step(from_s, h));
+          step.push_back(averaged_step(inputs, from_s, h));
           late.push_back(step.back());
-          const StepInputs<double> before = inputs.step(from_s - kTimingShare * sample_s, h);
+          const StepInputs<double> before = averaged_step(inputs, from_s - kTimingShare * sample_s, h);
           late.back().start.actuators = before.start.actuators;
           late.back().middle.actuators = before.middle.actuators;
           late.back().end.actuators = before.end.actuators;

@@ -20,6 +20,7 @@ struct Stretch {
   std::size_t recording = 0;
   std::vector<double> t_s;
   std::vector<Vec6> measured;                           ///< at t_s; NaN where missing
+  std::vector<double> spread_s2;                        ///< variance of the sample times that a point is the mean of
   std::vector<std::vector<StepInputs<double>>> inputs;  ///< from t_s[k] to t_s[k+1], in substeps of equal length
   /// The same with the actuators later by a tenth of the recording's sampling time: how well their motion between
   /// samples is known.
@@ -44,6 +45,10 @@ struct Campaign {
   /// sqrt(L/g) by that of a 3 m ship: times scale with it.
   double time_scale() const { return std::sqrt(ship.particulars.L_pp / 3.0); }
 };
+
+/// What acts from t_s to t_s + dt_s: the mean of the recorded inputs over the step, also where they moved in corners
+/// that three points do not show, is what Simpson's rule, and so Runge-Kutta's, makes of the result.
+StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, double dt_s, double rudder_delay_s = 0.0);
 
 struct CampaignOptions {
   double step_s = 0.0;  ///< of the grid; 0: 2 sqrt(L/g), at least the recordings' own

@@ -102,7 +102,8 @@ MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std
         if (variant.rudder_delay_s > 0.0) {
           std::vector<StepInputs<double>> delayed = inputs;
           for (std::size_t s = 0; s < delayed.size(); ++s)
-            delayed[s] = recorded.step(stretch.data->t_s[k] + static_cast<double>(s) * h, h, variant.rudder_delay_s);
+            delayed[s] =
+                averaged_step(recorded, stretch.data->t_s[k] + static_cast<double>(s) * h, h, variant.rudder_delay_s);
           out.col(column) = advance<double>(variant.model, x, delayed, h) - without;
         } else {
           out.col(column) = advance<double>(variant.model, x, inputs, h) - without;

@@ -1,5 +1,6 @@
 #include "gap/state_space.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -19,6 +20,27 @@ constexpr double kTiny = 1e-14;
 Vec6 initial_sd(const Ship& ship) {
   const double L = ship.particulars.L_pp, V = std::sqrt(kGravity_mps2 * L);
   return (Vec6() << 0.1 * L, 0.1 * L, 0.2, 0.05 * V, 0.05 * V, 0.2 * V / L).finished();
+}
+
+// A mean over a bin in which the state bends is not its value at the mean time: to second order, half the variance of
+// the sample times, times the second derivative; that from the simulator's rates at the neighbors, which know little
+// of the measurements' noise.
+std::vector<Vec6> mean_offsets(const Model<double>& model, const Stretch& stretch,
+                               const std::vector<StateVector>& path) {
+  const std::size_t n = stretch.size();
+  std::vector<Vec6> offsets(n, Vec6::Zero());
+  if (*std::max_element(stretch.spread_s2.begin(), stretch.spread_s2.end()) == 0.0) return offsets;
+  constexpr double kInstant_s = 1e-3;
+  std::vector<Vec6> rate(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Inputs<double>& in = k + 1 < n ? stretch.inputs[k].front().start : stretch.inputs[k - 1].back().end;
+    rate[k] = (advance<double>(model, path[k], {{in, in, in}}, kInstant_s) - path[k].head<kShipStates>()) / kInstant_s;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t before = k > 0 ? k - 1 : k, after = std::min(k + 1, n - 1);
+    offsets[k] = 0.5 * stretch.spread_s2[k] * (rate[after] - rate[before]) / (stretch.t_s[after] - stretch.t_s[before]);
+  }
+  return offsets;
 }
 
 }  // namespace
@@ -89,6 +111,7 @@ LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<St
                          advance<double>(model, result.path[k], stretch.inputs[k], h);
     step.offset += theta[timing] * step.G.col(timing);
   }
+  result.mean_offset = mean_offsets(model, stretch, result.path);
   return result;
 }
 

@@ -54,6 +54,7 @@ struct LinearStretch {
   const Stretch* data = nullptr;
   std::vector<StateVector> path;  ///< one per point
   std::vector<LinearStep> steps;  ///< one less
+  std::vector<Vec6> mean_offset;  ///< of the mean that is measured about a point, from the path's value there
   Vec6 initial_sd;                ///< of the first point around the path: wide
 };
 
@@ -109,7 +110,7 @@ class Filter {
       if (std::isnan(y)) continue;
       const double S = covariance(i, i) + noise_.measurement_sd[i] * noise_.measurement_sd[i];
       const double per_root = 1.0 / std::sqrt(S);
-      const double e = y - stretch_.path[k][i] - mean[i];
+      const double e = y - stretch_.path[k][i] - stretch_.mean_offset[k][i] - mean[i];
       row_ = columns.row(i) * per_root;
       innovation(i, e * per_root, row_, S);
       const StateVector K = covariance.col(i) / S;

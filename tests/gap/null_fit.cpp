@@ -200,6 +200,7 @@ TEST_CASE("gap: derivatives of a step by automatic differentiation are those by 
     gap::Stretch stretch;
     stretch.t_s = {0.0, 1.0};
     stretch.measured.assign(2, gap::Vec6::Constant(kMissing));
+    stretch.spread_s2.assign(2, 0.0);
     Inputs<double> in;
     for (const Actuator& actuator : ship.actuators)
       in.actuators[actuator.channel] = actuator.is_rudder() ? 0.17 : actuator.channel == Channel::n_p ? 9.0 : 12.0;
