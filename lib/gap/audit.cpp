@@ -857,35 +857,30 @@ Trajectory corrected(const Trajectory& recording, const std::vector<Fault>& faul
   const std::vector<double>& t = recording[Channel::t];
   const double hole_s = std::max(3.5 * sampling_time(recording), 1.0);
 
-  // A channel at t + latency_s, with the lag of a filter undone.
-  const auto read = [&](Channel channel, double latency_s, double lag_s) {
-    if (!recording.has(channel) || (latency_s == 0.0 && lag_s == 0.0)) return recording[channel];
+  // A channel at t + latency_s. A lag of first order is undone as a latency: exact but for a bend, where the inverse of
+  // the filter would make every glitch of the sensor several times as large.
+  const auto read = [&](Channel channel, double latency_s) {
+    if (!recording.has(channel) || latency_s == 0.0) return recording[channel];
     const Spline spline(t, recording[channel]);
     std::vector<double> values(t.size(), kMissing);
     if (spline.empty()) return values;
-    // The slope over a stretch about as long as the lag: that of neighboring samples is all noise.
-    const double half_s = std::max(0.5 * lag_s, 1.5 * sampling_time(recording));
     std::size_t place = 0;
     for (std::size_t k = 0; k < t.size(); ++k) {
       const double then = t[k] + latency_s;
-      if (!(spline.gap(then, place) <= hole_s) || (latency_s == 0.0 && !std::isfinite(recording[channel][k]))) continue;
-      values[k] = latency_s == 0.0 ? recording[channel][k] : spline.value(then, place);
-      if (lag_s == 0.0) continue;
-      const double a = std::max(then - half_s, t.front()), b = std::min(then + half_s, t.back());
-      if (b > a) values[k] += lag_s * (spline.value(b, place) - spline.value(a, place)) / (b - a);
+      if (spline.gap(then, place) <= hole_s) values[k] = spline.value(then, place);
     }
     return values;
   };
-  result[Channel::psi] = read(Channel::psi, fault[heading_latency], 0.0);
-  result[Channel::u] = read(Channel::u, fault[velocity_latency], fault[velocity_filter]);
-  result[Channel::vm] = read(Channel::vm, fault[velocity_latency], fault[velocity_filter]);
-  result[Channel::r] = read(Channel::r, fault[rate_latency], fault[rate_filter]);
-  result[Channel::x0] = read(Channel::x0, fault[position_latency], 0.0);
-  result[Channel::y0] = read(Channel::y0, fault[position_latency], 0.0);
+  result[Channel::psi] = read(Channel::psi, fault[heading_latency]);
+  result[Channel::u] = read(Channel::u, fault[velocity_latency] + fault[velocity_filter]);
+  result[Channel::vm] = read(Channel::vm, fault[velocity_latency] + fault[velocity_filter]);
+  result[Channel::r] = read(Channel::r, fault[rate_latency] + fault[rate_filter]);
+  result[Channel::x0] = read(Channel::x0, fault[position_latency]);
+  result[Channel::y0] = read(Channel::y0, fault[position_latency]);
 
   // The recorded r is the slope of a heading behind the same lag.
   if (fault[heading_filter] != 0.0 && recording.has(Channel::psi)) {
-    const std::vector<double> slope = read(Channel::r, fault[rate_latency], 0.0);
+    const std::vector<double> slope = read(Channel::r, fault[rate_latency]);
     for (std::size_t k = 0; k < t.size(); ++k) result[Channel::psi][k] += fault[heading_filter] * slope[k];
   }
   for (double& psi : result[Channel::psi]) psi -= fault[heading_bias];

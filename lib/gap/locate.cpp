@@ -83,8 +83,11 @@ struct BlockEvidence {
   Eigen::Index column(std::size_t block, int kind) const { return static_cast<Eigen::Index>(block) * kinds + kind; }
 };
 
+// By the everyday model error, so that events stand out.
 BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, const std::vector<Module>& modules,
                              std::size_t jobs) {
+  Noise noise = fit.noise;
+  noise.knows_events = false;
   BlockEvidence result;
   result.kinds = 3 + static_cast<int>(modules.size());
   const auto least = static_cast<std::size_t>(std::ceil(10.0 * campaign.time_scale() / campaign.step_s));
@@ -103,6 +106,7 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
   struct Part {
     Eigen::VectorXd b;
     Eigen::MatrixXd F, cross;  // among blocks; with theta
+    Evidence of_theta;
   };
   std::vector<Part> parts(fit.stretches.size());
   const int kinds = result.kinds, active = kActiveBlocks * kinds;
@@ -115,7 +119,8 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
     part.b = Eigen::VectorXd::Zero(columns);
     part.F = Eigen::MatrixXd::Zero(columns, columns);
     part.cross = Eigen::MatrixXd::Zero(p, columns);
-    Filter filter(stretch, fit.noise, p + active);
+    part.of_theta = evidence(stretch, noise);
+    Filter filter(stretch, noise, p + active);
     std::size_t block = 0;
     for (std::size_t k = 0; k < stretch.path.size(); ++k) {
       if (k > 0) {
@@ -154,7 +159,9 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
 
   // The parameters take what they can.
   const Eigen::VectorXd precision = fit.prior_sd.array().square().inverse();
-  Eigen::MatrixXd M = fit.total.F;
+  Evidence total(p);
+  for (const Part& part : parts) total += part.of_theta;
+  Eigen::MatrixXd M = total.F;
   M.diagonal() += precision;
   const Eigen::LLT<Eigen::MatrixXd> factor(M);
   Eigen::MatrixXd cross(p, all);
@@ -167,7 +174,7 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
     cross.middleCols(at, n) = parts[s].cross;
   }
   const Eigen::MatrixXd of_theta = factor.solve(cross);
-  result.b -= of_theta.transpose() * (fit.total.b - precision.cwiseProduct(fit.theta));
+  result.b -= of_theta.transpose() * (total.b - precision.cwiseProduct(fit.theta));
   result.F -= cross.transpose() * of_theta;
   return result;
 }

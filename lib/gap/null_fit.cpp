@@ -15,14 +15,17 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kOutlier = 6.0;           // sd of the innovation
-constexpr double kThetaAtRest = 0.02;      // of a prior sd
-constexpr double kNear = 0.3, kFar = 1.5;  // distance from the best parameters in their posterior sd
-constexpr double kNoiseAtRest = 0.03;      // of ln level
-constexpr double kNearlyAtRest = 0.1;      // of a prior sd
-constexpr double kLargestStep = 0.3;       // of theta in one iteration
-constexpr double kDifference = 0.02;       // for derivatives by ln level
-constexpr double kFarLevel = 40.0;         // nothing is e^40 of its unit
+constexpr double kOutlier = 6.0;                    // sd of the innovation
+constexpr double kThetaAtRest = 0.02;               // of a prior sd
+constexpr double kNear = 0.3, kFar = 1.5;           // distance from the best parameters in their posterior sd
+constexpr double kNoiseAtRest = 0.03;               // of ln level
+constexpr double kLargestStep = 0.3;                // of theta in one iteration
+constexpr double kDifference = 0.02;                // for derivatives by ln level
+constexpr double kEventBlock_s = 10.0;              // at 3 m
+constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
+constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
+constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
+constexpr double kFarLevel = 40.0;                  // nothing is e^40 of its unit
 
 double robust_sd(std::vector<double> x) {
   if (x.empty()) return 0.0;
@@ -100,6 +103,149 @@ Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
   return (sum / n).cwiseSqrt();
 }
 
+// Renews the scales of the model error: blocks whose mean square is far above that of most. The median knows what most
+// blocks are, also where a few have made sigma_w large.
+void find_events(FittedNull& fit, const Campaign& campaign) {
+  const double block_s = kEventBlock_s * campaign.time_scale();
+  struct Block {
+    std::size_t stretch, begin, end;
+    Vec3<double> mean_square;
+  };
+  std::vector<Block> blocks;
+  for (std::size_t s = 0; s < campaign.stretches.size(); ++s) {
+    const Stretch& stretch = campaign.stretches[s];
+    const Smoothed& smoothed = fit.smoothed[s];
+    fit.event_scale[s].resize(stretch.size(), Vec3<double>::Ones());
+    for (std::size_t begin = 0, end = 0; begin < stretch.size(); begin = end) {
+      Vec3<double> square = Vec3<double>::Zero();
+      for (; end < stretch.size() && stretch.t_s[end] - stretch.t_s[begin] < block_s; ++end)
+        square += smoothed.state[end].segment<3>(kErrorStart).cwiseAbs2() +
+                  smoothed.covariance[end].diagonal().segment<3>(kErrorStart);
+      blocks.push_back({s, begin, end, square / static_cast<double>(end - begin)});
+    }
+  }
+  std::vector<double> squares(blocks.size());
+  for (int i = 0; i < 3; ++i) {
+    std::transform(blocks.begin(), blocks.end(), squares.begin(), [i](const Block& b) { return b.mean_square[i]; });
+    std::nth_element(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2), squares.end());
+    const double usual = squares[squares.size() / 2] / kMedianSquare;
+    for (const Block& block : blocks) {
+      const double ratio = block.mean_square[i] / usual;
+      const bool was_event = fit.event_scale[block.stretch][block.begin][i] > 1.0;
+      const double scale = ratio > (was_event ? kStillEvent : kEvent) ? std::sqrt(ratio) : 1.0;
+      for (std::size_t k = block.begin; k < block.end; ++k) fit.event_scale[block.stretch][k][i] = scale;
+    }
+  }
+}
+
+// The way to the best parameters and noise levels, by Gauss-Newton steps along paths that are renewed.
+class Climb {
+ public:
+  Climb(Campaign& campaign, FittedNull& fit, const FitOptions& options)
+      : campaign_(campaign), fit_(fit), options_(options) {
+    for (const Stretch& stretch : campaign.stretches) paths.push_back(measured_path(stretch));
+    fit.stretches.resize(paths.size());
+    fit.smoothed.resize(paths.size());
+    fit.event_scale.resize(paths.size());
+    if (campaign.has_wind) free_levels_.push_back(kWindLevel);
+  }
+
+  Eigen::VectorXd prior(double UncertainParameter::*sd) const {
+    Eigen::VectorXd result(fit_.theta.size());
+    for (Eigen::Index i = 0; i < result.size(); ++i) result[i] = fit_.parameters[static_cast<std::size_t>(i)].*sd;
+    return result;
+  }
+
+  LevelProblem levels() const {
+    return {fit_.stretches,           fit_.theta,   fit_.prior_sd,
+            ExtraColumns{0, nullptr}, fit_.noise,   fit_.level_prior_mean,
+            fit_.level_prior_sd,      free_levels_, options_.jobs};
+  }
+
+  void linearize_all() {
+    parallel_for(paths.size(), options_.jobs, [&](std::size_t s) {
+      fit_.stretches[s] = linearize(campaign_.ship, campaign_.stretches[s], paths[s], fit_.theta);
+      fit_.stretches[s].event_scale = fit_.event_scale[s];
+    });
+  }
+
+  /// Goes on until the steps rest, or lead away, or are too many; returns whether they rest. Outliers and events are
+  /// judged on the way only where `judges`, so that hypotheses are compared on the same data.
+  bool to_rest(int most_iterations, bool judges) {
+    double moved = 1.0, noise_moved = 1.0, relaxation = 1.0, nearest = 1e300;
+    Eigen::VectorXd last_step = Eigen::VectorXd::Zero(fit_.theta.size());
+    for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
+      linearize_all();
+      fit_.total = levels().total(fit_.noise);
+      if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError("the filter diverged along the recordings");
+      const Eigen::VectorXd precision = fit_.prior_sd.array().square().inverse();
+      const Eigen::VectorXd slope = fit_.total.b - precision.cwiseProduct(fit_.theta);
+      Eigen::MatrixXd M = fit_.total.F;
+      M.diagonal() += precision;
+      double& distance = fit_.report.distance;
+      fit_.report.gradient = slope.cwiseProduct(fit_.prior_sd).cwiseAbs().maxCoeff();
+      distance = std::sqrt(std::max(0.0, slope.dot(M.llt().solve(slope))));
+      const bool rests = iteration > 1 && moved < kThetaAtRest && noise_moved < kNoiseAtRest && distance < kFar;
+      if ((rests && distance < kNear) || iteration == most_iterations) return rests;
+      if (!judges && distance > 2.0 * nearest + 1.0) return false;
+      nearest = std::min(nearest, distance);
+
+      // Noise levels, once the path has been smoothed for the first time.
+      if ((!judges || iteration > 0) && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
+        const Levels before = levels_of(fit_.noise);
+        fit_.noise = noise_of(levels().minimize(before, iteration < 3 ? 5 : 10), fit_.noise);
+        noise_moved = (levels_of(fit_.noise) - before).cwiseAbs().maxCoeff();
+        fit_.total = levels().total(fit_.noise);
+      }
+      M = fit_.total.F;
+      M.diagonal() += precision;
+      Eigen::VectorXd step = M.llt().solve(fit_.total.b - precision.cwiseProduct(fit_.theta));
+      // The last one, the timing, is no logarithm.
+      if (const double largest = step.head(step.size() - 1).cwiseAbs().maxCoeff(); largest > kLargestStep)
+        step *= kLargestStep / largest;
+      // Kinks of the model let full steps jump to and fro; steps that go on the same way may be longer.
+      if (iteration > 3)
+        relaxation = step.dot(M * last_step) < 0.0 ? std::max(0.5 * relaxation, 0.1) : std::min(1.5 * relaxation, 1.0);
+      step *= relaxation;
+      last_step = step;
+      parallel_for(paths.size(), options_.jobs, [&](std::size_t s) {
+        fit_.smoothed[s] = smooth(fit_.stretches[s], fit_.noise, step);
+        // Columns must not know the measurements that they explain: along the smoothed path they would, and noise alone
+        // would look like an effect. The first points, where the filter settles, matter little.
+        paths[s] = fit_.smoothed[s].filtered;
+        const std::size_t settling = std::min<std::size_t>(5, paths[s].size());
+        std::copy_n(fit_.smoothed[s].state.begin(), settling, paths[s].begin());
+      });
+      fit_.theta += step;
+      moved = step.cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
+      if (judges && iteration > 1 && iteration < kEventsSettled) find_events(fit_, campaign_);
+      // Once more when events no longer hide them.
+      if (judges && (iteration == 2 || iteration == 6)) leave_out_outliers();
+      if (options_.progress)
+        options_.progress(1.0 - 1.0 / (1.0 + 0.3 * fit_.report.iterations),
+                          fmt::format("parameters still move by {:.2g} sd", moved));
+    }
+  }
+
+  std::vector<std::vector<StateVector>> paths;
+
+ private:
+  void leave_out_outliers() {
+    for (std::size_t s = 0; s < paths.size(); ++s)
+      for (std::size_t k = 1; k < campaign_.stretches[s].size(); ++k)
+        for (int i = 0; i < kShipStates; ++i)
+          if (std::abs(fit_.smoothed[s].innovations[k][i]) > kOutlier) {
+            campaign_.stretches[s].measured[k][i] = kMissing;
+            ++fit_.report.outliers;
+          }
+  }
+
+  Campaign& campaign_;
+  FittedNull& fit_;
+  const FitOptions& options_;
+  std::vector<int> free_levels_{0, 1, 2, 3, 4, 5, 6, 7, 8};
+};
+
 }  // namespace
 
 double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
@@ -123,7 +269,7 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   const Levels x = levels.array().exp();
   Noise noise = like;
   noise.sigma_w = x.head<3>();
-  noise.tau_s = std::clamp(x[3], like.least_tau_s, like.longest_tau_s);
+  noise.tau_s = std::clamp(x[kTauLevel], like.least_tau_s, like.longest_tau_s);
   noise.measurement_sd << x[4], x[4], x.segment<4>(5);
   noise.wind_share = x[kWindLevel];
   return noise;
@@ -189,7 +335,12 @@ double LevelProblem::gradient(const Levels& at) const {
   double value = 0.0;
   LevelCost(*this, at).Evaluate(x.data(), &value, slope.data());
   double largest = 0.0;
-  for (const double g : slope) largest = std::max(largest, std::abs(g));
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const double tau_s = std::exp(at[kTauLevel]);
+    const bool is_at_bound =
+        free[i] == kTauLevel && (tau_s < 1.01 * like.least_tau_s || tau_s > 0.99 * like.longest_tau_s);
+    if (!is_at_bound) largest = std::max(largest, std::abs(slope[i]));
+  }
   return largest;
 }
 
@@ -197,14 +348,6 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   FittedNull fit;
   fit.parameters = uncertain_parameters(campaign.ship);
   const auto p = static_cast<Eigen::Index>(fit.parameters.size());
-  Eigen::VectorXd& prior_sd = fit.prior_sd;
-  prior_sd.resize(p);
-  const auto set_prior = [&](double UncertainParameter::*sd) {
-    for (Eigen::Index i = 0; i < p; ++i) prior_sd[i] = fit.parameters[static_cast<std::size_t>(i)].*sd;
-  };
-  // First within the stated uncertainty, which leads to the right valley; then within what is tolerated.
-  set_prior(&UncertainParameter::log_sd);
-  int widened_at = -1;
   fit.theta = Eigen::VectorXd::Zero(p);
   fit.noise = first_noise(campaign);
   // Weak knowledge that keeps levels finite where the recordings say nothing. Model errors of model ships are around
@@ -213,89 +356,37 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   fit.level_prior_mean.head<3>().setConstant(std::log(5e-4));
   fit.level_prior_mean[2] -= std::log(0.25 * campaign.ship.particulars.L_pp);
   fit.level_prior_sd.setConstant(3.0);
-  fit.level_prior_sd[3] = 0.5;
+  fit.level_prior_sd[kTauLevel] = 0.5;
   fit.level_prior_sd[kWindLevel] = 1.0;
-  std::vector<int> free_levels{0, 1, 2, 3, 4, 5, 6, 7, 8};
-  if (campaign.has_wind) free_levels.push_back(kWindLevel);
 
   const std::size_t n = campaign.stretches.size();
-  std::vector<std::vector<StateVector>> paths(n);
-  for (std::size_t s = 0; s < n; ++s) paths[s] = measured_path(campaign.stretches[s]);
-  fit.stretches.resize(n);
-  fit.smoothed.resize(n);
-
-  double moved = 1.0, noise_moved = 1.0, relaxation = 1.0;
-  for (int iteration = 0;; ++iteration) {
-    parallel_for(n, options.jobs, [&](std::size_t s) {
-      fit.stretches[s] = linearize(campaign.ship, campaign.stretches[s], paths[s], fit.theta);
-    });
-    const LevelProblem levels{
-        fit.stretches,      fit.theta,   prior_sd,    ExtraColumns{0, nullptr}, fit.noise, fit.level_prior_mean,
-        fit.level_prior_sd, free_levels, options.jobs};
-    fit.total = levels.total(fit.noise);
-    const Eigen::VectorXd precision = prior_sd.array().square().inverse();
-    const Eigen::VectorXd slope = fit.total.b - precision.cwiseProduct(fit.theta);
-    fit.report.iterations = iteration;
-    fit.report.gradient = slope.cwiseProduct(prior_sd).cwiseAbs().maxCoeff();
-    if (!std::isfinite(fit.total.log_likelihood)) throw NumericalError("the filter diverged along the recordings");
-    Eigen::MatrixXd M = fit.total.F;
-    M.diagonal() += precision;
-    fit.report.distance = std::sqrt(std::max(0.0, slope.dot(M.llt().solve(slope))));
-    if (widened_at < 0 && iteration > 2 && (moved < kNearlyAtRest || iteration > options.most_iterations / 2)) {
-      set_prior(&UncertainParameter::tolerated_sd);
-      widened_at = iteration;
-      relaxation = 1.0;
-      continue;
-    }
-    const bool is_at_rest =
-        widened_at >= 0 && iteration > widened_at + 1 && moved < kThetaAtRest && noise_moved < kNoiseAtRest;
-    fit.report.converged = is_at_rest && fit.report.distance < kFar;
-    if ((is_at_rest && fit.report.distance < kNear) || iteration == options.most_iterations) break;
-
-    // Noise levels, once the path has been smoothed for the first time.
-    if (iteration > 0 && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
-      const Levels before = levels_of(fit.noise), h = levels.minimize(before, iteration < 3 ? 5 : 10);
-      fit.noise = noise_of(h, fit.noise);
-      noise_moved = (h - before).cwiseAbs().maxCoeff();
-      fit.total = levels.total(fit.noise);
-    }
-    M = fit.total.F;
-    M.diagonal() += precision;
-    Eigen::VectorXd step = M.llt().solve(fit.total.b - precision.cwiseProduct(fit.theta));
-    if (const double largest = step.cwiseAbs().maxCoeff(); largest > kLargestStep) step *= kLargestStep / largest;
-    step *= relaxation;
-    parallel_for(n, options.jobs, [&](std::size_t s) {
-      fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, step);
-      // Columns must not know the measurements that they explain: along the smoothed path they would, and noise alone
-      // would look like an effect. The first points, where the filter settles, matter little.
-      paths[s] = fit.smoothed[s].filtered;
-      const std::size_t settling = std::min<std::size_t>(5, paths[s].size());
-      std::copy_n(fit.smoothed[s].state.begin(), settling, paths[s].begin());
-    });
-    fit.theta += step;
-    const double moved_before = moved;
-    moved = step.cwiseQuotient(prior_sd).cwiseAbs().maxCoeff();
-    // Kinks of the model let full steps jump to and fro.
-    if (iteration > 3 && moved > 0.6 * moved_before) relaxation = std::max(0.5 * relaxation, 0.1);
-    // Outliers are judged once, when the fit is near its end, so that hypotheses are compared on the same data.
-    if (iteration == 2)
-      for (std::size_t s = 0; s < n; ++s)
-        for (std::size_t k = 1; k < campaign.stretches[s].size(); ++k)
-          for (int i = 0; i < kShipStates; ++i)
-            if (std::abs(fit.smoothed[s].innovations[k][i]) > kOutlier) {
-              campaign.stretches[s].measured[k][i] = kMissing;
-              ++fit.report.outliers;
-            }
-    if (options.progress)
-      options.progress(1.0 - 1.0 / (1.0 + iteration), fmt::format("parameters still move by {:.2g} sd", moved));
+  Climb climb(campaign, fit, options);
+  fit.prior_sd = climb.prior(&UncertainParameter::log_sd);
+  const bool rests_as_stated = climb.to_rest(options.most_iterations, true);
+  const NullFit as_stated = fit.report;
+  const Eigen::VectorXd theta = fit.theta;
+  const Noise noise = fit.noise;
+  const std::vector<std::vector<StateVector>> paths = climb.paths;
+  // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
+  // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
+  fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
+  fit.report.converged = climb.to_rest(options.most_iterations / 2, false);
+  if (!fit.report.converged) {
+    const int iterations = fit.report.iterations;
+    fit.report = as_stated;
+    fit.report.iterations = iterations;
+    fit.report.converged = rests_as_stated;
+    fit.theta = theta;
+    fit.noise = noise;
+    climb.paths = paths;
+    climb.linearize_all();
+    fit.total = climb.levels().total(fit.noise);
   }
   parallel_for(n, options.jobs,
                [&](std::size_t s) { fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, Eigen::VectorXd::Zero(p)); });
 
   // Standard errors of the levels from the curvature.
-  const LevelProblem problem{
-      fit.stretches,      fit.theta,   prior_sd,    ExtraColumns{0, nullptr}, fit.noise, fit.level_prior_mean,
-      fit.level_prior_sd, free_levels, options.jobs};
+  const LevelProblem problem = climb.levels();
   const Levels h = levels_of(fit.noise);
   constexpr double kWide = 0.2;
   std::vector<Levels> points{h};
@@ -315,7 +406,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   report.typical = typical_acceleration(fit.stretches);
   report.step_s = campaign.step_s;
   report.samples = fit.total.measurements;
-  report.log_likelihood = marginal(fit.total, fit.theta, prior_sd);
+  report.log_likelihood = marginal(fit.total, fit.theta, fit.prior_sd);
   report.log_likelihood_per_sample =
       report.log_likelihood / static_cast<double>(std::max<std::size_t>(1, report.samples));
   constexpr const char* kNames[] = {"x0_m", "y0_m", "psi_deg", "u_mps", "vm_mps", "r_degps"};
@@ -329,7 +420,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
       report.noise.push_back({kNames[i], fit.noise.measurement_sd[i] * (i == 2 || i == 5 ? 1.0 / kDegree : 1.0), 0.0});
   }
   Eigen::MatrixXd M = fit.total.F;
-  M.diagonal() += prior_sd.array().square().inverse().matrix();
+  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
   const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(p, p));
   for (Eigen::Index i = 0; i + 1 < p; ++i) {
     const double factor = std::exp(fit.theta[i]), sd = std::sqrt(covariance(i, i));

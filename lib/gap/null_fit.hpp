@@ -6,7 +6,7 @@
 namespace leeway::gap {
 
 /// The noise levels as one vector of logarithms: sigma_w (3), tau, position, heading, u, v_m, r, share of the wind.
-inline constexpr int kLevels = 10, kWindLevel = 9;
+inline constexpr int kLevels = 10, kTauLevel = 3, kWindLevel = 9;
 using Levels = Eigen::Matrix<double, kLevels, 1>;
 Levels levels_of(const Noise& noise);
 Noise noise_of(const Levels& levels, const Noise& like);
@@ -18,8 +18,9 @@ struct FittedNull {
   Noise noise;
   std::vector<LinearStretch> stretches;  ///< linearized at theta along the smoothed paths
   std::vector<Smoothed> smoothed;
-  Evidence total;            ///< about theta, at the end
-  Eigen::VectorXd prior_sd;  ///< of theta: UncertainParameter::tolerated_sd
+  std::vector<std::vector<Vec3<double>>> event_scale;  ///< of each stretch, as LinearStretch has it
+  Evidence total;                                      ///< about theta, at the end
+  Eigen::VectorXd prior_sd;                            ///< of theta: UncertainParameter::tolerated_sd
   Levels level_prior_mean, level_prior_sd;
   NullFit report;
 };
@@ -32,7 +33,9 @@ struct FitOptions {
 
 /// Maximizes the marginal likelihood: the paths are integrated out by the filter, the parameters theta ~ N(0,
 /// tolerated_sd^2) by Laplace's method, around paths and parameters that are renewed until they rest; noise levels by
-/// BFGS (Ceres). Measurements farther than 6 sd from their prediction are left out and counted.
+/// BFGS (Ceres). Measurements farther than 6 sd from their prediction are left out and counted. Where the model error
+/// of a block of 10 s (at 3 m) has more than 16 times its mean square, something acts that comes and goes: there it may
+/// be as large as it is, so that a tug or a mooring line does not count as the simulator's everyday error.
 FittedNull fit_null(Campaign& campaign, const FitOptions& options);
 
 /// ln of the integral of exp(log_likelihood + b'd - d'Fd/2) N(theta + d; 0, sd^2) over d.
@@ -61,7 +64,7 @@ struct LevelProblem {
   Evidence total(const Noise& noise) const;
   /// The best levels near `start`, by BFGS with central differences.
   Levels minimize(const Levels& start, int most_iterations) const;
-  /// Largest derivative of the cost by a free level.
+  /// Largest derivative of the cost by a free level that is not at a bound.
   double gradient(const Levels& at) const;
 
  private:

@@ -135,8 +135,13 @@ Filter::Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index co
   const StateVector& x = stretch.path.front();
   mean.tail<kStates - kErrorStart>() = -x.tail<kStates - kErrorStart>();
   covariance.diagonal().head<kShipStates>() = stretch.initial_sd.array().square();
-  covariance.diagonal().segment<3>(kErrorStart) = noise.sigma_w.array().square();
+  covariance.diagonal().segment<3>(kErrorStart) = sigma_w(0).array().square();
   covariance.diagonal().tail<2>().setConstant(wind_sd_ * wind_sd_);
+}
+
+Vec3<double> Filter::sigma_w(std::size_t k) const {
+  if (!noise_.knows_events || stretch_.event_scale.empty()) return noise_.sigma_w;
+  return noise_.sigma_w.cwiseProduct(stretch_.event_scale[k]);
 }
 
 StateMatrix Filter::transition(std::size_t k) const {
@@ -155,10 +160,10 @@ void Filter::predict(std::size_t k) {
   for (int i = kErrorStart; i < kStates; ++i) offset[i] = A(i, i) * stretch_.path[k][i] - stretch_.path[k + 1][i];
   mean = A * mean + offset;
   covariance = A * covariance * A.transpose();
+  const Vec3<double> sigma = sigma_w(k + 1);
   for (int i = 0; i < 3; ++i)
     covariance(kErrorStart + i, kErrorStart + i) +=
-        noise_.sigma_w[i] * noise_.sigma_w[i] *
-        (1.0 - A(kErrorStart + i, kErrorStart + i) * A(kErrorStart + i, kErrorStart + i));
+        sigma[i] * sigma[i] * (1.0 - A(kErrorStart + i, kErrorStart + i) * A(kErrorStart + i, kErrorStart + i));
   for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
   const Vec6 timing = noise_.timing_sd * stretch_.steps[k].G.rightCols<1>();
   covariance.topLeftCorner<kShipStates, kShipStates>() += timing * timing.transpose();

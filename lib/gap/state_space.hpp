@@ -52,10 +52,11 @@ struct LinearStep {
 /// A stretch with the model linearized along a path.
 struct LinearStretch {
   const Stretch* data = nullptr;
-  std::vector<StateVector> path;  ///< one per point
-  std::vector<LinearStep> steps;  ///< one less
-  std::vector<Vec6> mean_offset;  ///< of the mean that is measured about a point, from the path's value there
-  Vec6 initial_sd;                ///< of the first point around the path: wide
+  std::vector<StateVector> path;          ///< one per point
+  std::vector<LinearStep> steps;          ///< one less
+  std::vector<Vec6> mean_offset;          ///< of the mean that is measured about a point, from the path's value there
+  std::vector<Vec3<double>> event_scale;  ///< factors on sigma_w at each point: above 1 in events; empty: 1
+  Vec6 initial_sd;                        ///< of the first point around the path: wide
 };
 
 /// The measurements as a path to start from: holes are bridged linearly and what is not recorded is zero (the heading:
@@ -77,6 +78,7 @@ struct Noise {
   /// Of each step's own timing of the actuators, in tenths of the sampling time: where they moved between two samples
   /// is not known, and a straight line is wrong by up to a third of the time between.
   double timing_sd = 2.0;
+  bool knows_events = true;  ///< whether LinearStretch::event_scale counts
 };
 
 /// What the measurements say about columns c_j, each an addition beta_j c_j(k) to the six ship states of every step:
@@ -126,6 +128,8 @@ class Filter {
   StateMatrix transition(std::size_t k) const;
 
  private:
+  Vec3<double> sigma_w(std::size_t k) const;
+
   const LinearStretch& stretch_;
   const Noise& noise_;
   double wind_sd_;

