@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -107,6 +108,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
                          fmt::format("holds the same as {}; a recording counts once", recordings[b].file));
 
   std::vector<double> steps;
+  std::map<std::string, std::size_t> thinned;
   for (std::size_t index = 0; index < recordings.size(); ++index) {
     const Trajectory& recording = recordings[index];
     campaign.recorded_inputs.emplace_back(recording, ship, InputInterpolation::linear);
@@ -134,8 +136,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
     const double bin_s = is_thinned ? std::round(target_s / sample_s) * sample_s : 0.0;
     const double step_s = is_thinned ? bin_s : sample_s;
     if (is_thinned && bin_s > 1.5 * sample_s)
-      campaign.notices.push_back(
-          fmt::format("{}: sampled every {:.3g} s, thinned to means over {:.3g} s", recording.file, sample_s, bin_s));
+      ++thinned[fmt::format("sampled every {:.3g} s, thinned to means over {:.3g} s", sample_s, bin_s)];
     steps.push_back(step_s);
 
     // Stretches end at holes; short holes are bridged by points without measurements.
@@ -201,6 +202,8 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
     const std::string why = campaign.notices.empty() ? "" : " (" + campaign.notices.back() + ")";
     throw InputError(recordings.front().file, "no recording is long enough" + why);
   }
+  for (const auto& [how, count] : thinned)
+    campaign.notices.push_back(fmt::format("{} of {} recordings: {}", count, recordings.size(), how));
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
   campaign.step_s = steps[steps.size() / 2];
   campaign.recordings = std::move(recordings);

@@ -1,6 +1,7 @@
 #include "gap/gap_locate.hpp"
 
 #include <algorithm>
+#include <cctype>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -71,6 +72,8 @@ void judge(Findings& findings, double scan_p_value) {
     findings.verdict = Verdict::no_mismatch;
     d.reason = "what remains is what parameters within their uncertainty and random model error leave";
   }
+  d.reason.front() = static_cast<char>(std::toupper(d.reason.front()));
+  d.reason += '.';
 }
 
 void add_notices(Findings& findings, const Campaign& campaign, const EffectLibrary& library) {

@@ -616,6 +616,7 @@ struct Variable {
   double per_unit;                 // from SI to the label's unit
   bool is_angle;                   // all around: by its cosine and sine
   std::function<double(const Moment&)> value;
+  int first_axis = 0, last_axis = 2;  // of the residuals that it is tried on
 };
 
 std::vector<Variable> variables_of(const Campaign& campaign) {
@@ -634,8 +635,11 @@ std::vector<Variable> variables_of(const Campaign& campaign) {
                          actuator.is_rudder() ? deg : 1.0, false, [c](const Moment& m) { return m.actuators[c]; }});
   }
   if (campaign.has_wind) {
-    variables.push_back({"U_A", "apparent wind speed [m/s]", "apparent wind speed", 1.0, false,
-                         [](const Moment& m) { return m.apparent.norm(); }});
+    // Pressure, with the sign of where it comes from.
+    variables.push_back({"U_A", "U_A^2 from ahead [m^2/s^2]", "square of the apparent wind from ahead", 1.0, false,
+                         [](const Moment& m) { return m.apparent.norm() * m.apparent(0); }, 0, 0});
+    variables.push_back({"U_A", "U_A^2 from starboard [m^2/s^2]", "square of the apparent wind from starboard", 1.0,
+                         false, [](const Moment& m) { return m.apparent.norm() * m.apparent(1); }, 1, 2});
     variables.push_back({"gamma_A", "apparent wind from [deg]", "direction of the apparent wind", deg, true,
                          [](const Moment& m) { return std::atan2(m.apparent(1), m.apparent(0)); }});
   }
@@ -716,7 +720,7 @@ std::vector<Regime> regimes_of(const Campaign& campaign, const FittedNull& fit,
       const double x = (variable.value(at) - m) / s;
       return x * x - 1.0;
     };
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = variable.first_axis; axis <= variable.last_axis; ++axis) {
       tests.push_back({i, axis, static_cast<Eigen::Index>(patterns.size())});
       patterns.push_back([odd, axis](const Moment& at) -> Vec3<double> { return Vec3<double>::Unit(axis) * odd(at); });
       patterns.push_back(
@@ -776,7 +780,8 @@ std::vector<Regime> regimes_of(const Campaign& campaign, const FittedNull& fit,
                 regimes.end());
   for (Regime& regime : regimes)
     for (const Variable& variable : variables)
-      if (variable.name == regime.variable) bin(regime, campaign, fit, variable, residual);
+      if (variable.name == regime.variable && regime.axis >= variable.first_axis && regime.axis <= variable.last_axis)
+        bin(regime, campaign, fit, variable, residual);
   return regimes;
 }
 

@@ -13,6 +13,7 @@ namespace leeway::gap {
 namespace {
 
 constexpr std::size_t kWidth = 100, kLabel = 12;
+constexpr double kStrong = 3.0;  // nats of evidence below which nothing is said
 
 // Characters, not bytes: UTF-8 continuation bytes do not count.
 std::size_t length(std::string_view text) {
@@ -124,14 +125,14 @@ void add_where(Screen& screen, const Findings& findings) {
                                               kAxisNames.at(static_cast<std::size_t>(i.axis)), p_value(i.p_value));
                          }),
                 3);
-  if (!located.frames.empty())
+  if (!located.frames.empty() && located.frames.front().log_evidence > kStrong)
     screen.item("Steady in",
                 fmt::format("the force {}: this explains {} of it", frame_meaning(located.frames.front().name),
                             percent(located.frames.front().share)),
                 1);
   if (!located.regimes.empty())
     screen.item("Goes with", first_of(located.regimes, 2, 3, [](const Regime& r) { return r.sentence; }), 3);
-  if (!located.modules.empty() && located.modules.front().log_likelihood_gain > 0.0)
+  if (!located.modules.empty() && located.modules.front().log_likelihood_gain > kStrong)
     screen.item("Module",
                 fmt::format("a {} force that may vary leaves {} of the model error", located.modules.front().module,
                             percent(located.modules.front().sigma_w_factor)),
