@@ -15,13 +15,14 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kOutlier = 6.0;                    // sd of the innovation
-constexpr double kThetaAtRest = 0.02;               // of a prior sd
-constexpr double kNear = 0.3, kFar = 1.5;           // distance from the best parameters in their posterior sd
-constexpr double kNoiseAtRest = 0.03;               // of ln level
-constexpr double kLargestStep = 0.3;                // of theta in one iteration
-constexpr double kDifference = 0.02;                // for derivatives by ln level
-constexpr double kEventBlock_s = 10.0;              // at 3 m
+constexpr double kOutlier = 6.0;           // sd of the innovation
+constexpr double kThetaAtRest = 0.02;      // of a prior sd
+constexpr double kNear = 0.3, kFar = 1.5;  // distance from the best parameters in their posterior sd
+constexpr double kNoiseAtRest = 0.03;      // of ln level
+constexpr double kLargestStep = 0.3;       // of theta in one iteration
+constexpr double kDifference = 0.02;       // for derivatives by ln level
+constexpr double kLeastError = 0.005;      // of the typical acceleration: steps, means and inputs are no better
+constexpr double kEventBlock_s = 10.0;     // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
 constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
@@ -167,6 +168,7 @@ class Climb {
       fit_.stretches[s] = linearize(campaign_.ship, campaign_.stretches[s], paths[s], fit_.theta);
       fit_.stretches[s].event_scale = fit_.event_scale[s];
     });
+    fit_.noise.least_sigma_w = kLeastError * typical_acceleration(fit_.stretches);
   }
 
   /// Goes on until the steps rest, or lead away, or are too many; returns whether they rest. Outliers and events are
@@ -268,7 +270,7 @@ Levels levels_of(const Noise& noise) {
 Noise noise_of(const Levels& levels, const Noise& like) {
   const Levels x = levels.array().exp();
   Noise noise = like;
-  noise.sigma_w = x.head<3>();
+  noise.sigma_w = x.head<3>().cwiseMax(like.least_sigma_w);
   noise.tau_s = std::clamp(x[kTauLevel], like.least_tau_s, like.longest_tau_s);
   noise.measurement_sd << x[4], x[4], x.segment<4>(5);
   noise.wind_share = x[kWindLevel];
@@ -336,9 +338,10 @@ double LevelProblem::gradient(const Levels& at) const {
   LevelCost(*this, at).Evaluate(x.data(), &value, slope.data());
   double largest = 0.0;
   for (std::size_t i = 0; i < free.size(); ++i) {
-    const double tau_s = std::exp(at[kTauLevel]);
+    const double level = std::exp(at[free[i]]);
     const bool is_at_bound =
-        free[i] == kTauLevel && (tau_s < 1.01 * like.least_tau_s || tau_s > 0.99 * like.longest_tau_s);
+        (free[i] == kTauLevel && (level < 1.01 * like.least_tau_s || level > 0.99 * like.longest_tau_s)) ||
+        (free[i] < 3 && level < 1.01 * like.least_sigma_w[free[i]]);
     if (!is_at_bound) largest = std::max(largest, std::abs(slope[i]));
   }
   return largest;

@@ -69,10 +69,11 @@ LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<St
 
 /// Levels of the noise.
 struct Noise {
-  Vec3<double> sigma_w;                           ///< of the acceleration error [m/s^2, m/s^2, rad/s^2]
-  double tau_s = 0.0;                             ///< its correlation time
-  double least_tau_s = 0.0, longest_tau_s = 1e9;  ///< between which it is estimated
-  Vec6 measurement_sd;                            ///< of one point of the grid
+  Vec3<double> sigma_w;                               ///< of the acceleration error [m/s^2, m/s^2, rad/s^2]
+  Vec3<double> least_sigma_w = Vec3<double>::Zero();  ///< below which it is not estimated
+  double tau_s = 0.0;                                 ///< its correlation time
+  double least_tau_s = 0.0, longest_tau_s = 1e9;      ///< between which it is estimated
+  Vec6 measurement_sd;                                ///< of one point of the grid
   double wind_share = 0.12;  ///< sd of each component of the wind's error, by the mean wind speed of the stretch
   double wind_tau_s = 0.0;
   /// Of each step's own timing of the actuators, in tenths of the sampling time: where they moved between two samples

@@ -40,6 +40,7 @@ void for_each_uncertain(Model<T>& model, const Visit& visit) {
           one("hull.C_D", 0.2, hull.c.C_D);
           one("hull.C_rY", 0.2, hull.c.C_rY);
           one("hull.C_rN", 0.2, hull.c.C_rN);
+          one("hull.X_0A", 0.10, hull.c.X_0A);
         } else {
           one("hull.X_vv", 0.3, hull.c.X_vv);
           one("hull.X_rr", 0.3, hull.c.X_rr);
@@ -64,9 +65,16 @@ void for_each_uncertain(Model<T>& model, const Visit& visit) {
         if constexpr (requires { c.K_T_ahead; }) {
           one("propeller.K_T_J", 0.10, c.K_T_ahead[1]);
           one("propeller.K_T_JJ", 0.10, c.K_T_ahead[2]);
+          visit("propeller.K_T_astern", 0.10, [&](const T& k) {
+            for (T& K_T : c.K_T_astern) K_T *= k;
+          });
         } else {
           one("propeller.K_T_J", 0.10, c.K_T[1]);
           one("propeller.K_T_JJ", 0.10, c.K_T[2]);
+          visit("propeller.K_T_reversed", 0.10, [&](const T& k) {
+            for (T& K_T : c.K_T_reversed) K_T *= k;
+            c.K_T_reversed_low *= k;
+          });
         }
         if constexpr (requires { c.a; }) {
           visit("propeller.1-w_P", 0.05, [&](const T& k) {
