@@ -15,6 +15,7 @@
 #include "core/parallel.hpp"
 #include "dynamics/maneuvers.hpp"
 #include "ensemble/prediction_run.hpp"
+#include "gap/gap_locate.hpp"
 
 using namespace leeway;
 
@@ -199,6 +200,28 @@ void bench_sim(int repeats) {
   }
 }
 
+// Recordings of random maneuvers at 1 Hz, without noise: it does not change the work.
+void bench_gap(std::size_t jobs, int repeats) {
+  const Ship ship = read_ship("vectwin-3m");
+  std::vector<Trajectory> recordings;
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    const auto maneuver = random_orders(ship, RandomStream(1, "bench gap", i));
+    recordings.push_back(simulate(SimulatedShip(ship), *maneuver, Vec2<double>(0.5, 0.3), {0.1, 1.0, 1000.0}));
+  }
+  const Timing t = time(std::min(repeats, 3), [&] {
+    std::vector<Trajectory> copy = recordings;
+    gap::GapLocateOptions options;
+    options.jobs = jobs;
+    gap::gap_locate(ship, copy, options);
+  });
+  print({{"bench", "gap"},
+         {"ship", ship.name},
+         {"jobs", jobs},
+         {"s_per_4000s", t.wall_s},
+         {"cpu_s", t.cpu_s},
+         {"rss_mb", peak_memory_mb()}});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -206,9 +229,9 @@ int main(int argc, char** argv) try {
   int repeats = 7;
   cli::CommonOptions common;
   CLI::App app{"Time the hot paths; one JSON line per benchmark on stdout.", "leeway-bench"};
-  app.add_option("benchmark", what, "train, predict, pd or sim")
+  app.add_option("benchmark", what, "train, predict, pd, sim or gap")
       ->required()
-      ->check(CLI::IsMember({"train", "predict", "pd", "sim"}));
+      ->check(CLI::IsMember({"train", "predict", "pd", "sim", "gap"}));
   app.add_option("--repeats", repeats, "measurements after a warm-up; their median is printed")
       ->check(cli::at_least(1))
       ->capture_default_str();
@@ -218,6 +241,7 @@ int main(int argc, char** argv) try {
   if (what == "predict") bench_predict(common.jobs, repeats);
   if (what == "pd") bench_pd(common.jobs, repeats);
   if (what == "sim") bench_sim(repeats);
+  if (what == "gap") bench_gap(common.jobs, repeats);
   return cli::kOk;
 } catch (...) {
   return cli::report_current_exception("leeway-bench");
