@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/parallel.hpp"
 #include "core/random.hpp"
@@ -830,13 +832,17 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
       result.notices.push_back(fault.sentence + ": too little to matter");
       continue;
     }
+    std::set<std::string_view> rivals;
     for (std::size_t c = 0; c < tried.size(); ++c) {
       const std::string_view rival = Search::last(tried[c]).name;
       if (rival != fault.name && heldout_gain(tried[c], base).is_certain() &&
           !heldout_gain(model, tried[c]).is_certain())
-        result.notices.push_back(fmt::format(
-            "{} fits best, but {} fits almost as well: these recordings do not tell them apart", fault.name, rival));
+        rivals.insert(rival);
     }
+    if (!rivals.empty())
+      result.notices.push_back(
+          fmt::format("{} fits best, but {} {} almost as well: these recordings do not tell them apart", fault.name,
+                      fmt::join(rivals, ", "), rivals.size() == 1 ? "fits" : "fit"));
     result.faults.push_back(std::move(fault));
   }
   std::stable_sort(result.faults.begin(), result.faults.end(),

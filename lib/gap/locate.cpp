@@ -79,7 +79,8 @@ struct BlockEvidence {
   std::vector<Block> blocks;
   int kinds = 0;
   Eigen::VectorXd b;
-  Eigen::MatrixXd F;
+  Eigen::MatrixXd F;        ///< of b, when the parameters have taken what they can
+  Eigen::MatrixXd F_given;  ///< about accelerations and gains, at the fitted parameters
   Eigen::Index column(std::size_t block, int kind) const { return static_cast<Eigen::Index>(block) * kinds + kind; }
 };
 
@@ -174,7 +175,10 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
     cross.middleCols(at, n) = parts[s].cross;
   }
   const Eigen::MatrixXd of_theta = factor.solve(cross);
-  result.b -= of_theta.transpose() * (total.b - precision.cwiseProduct(fit.theta));
+  // Their pull is that of the fit, which events do not take part in: else they would bend the parameters and show all
+  // over.
+  result.b -= of_theta.transpose() * (fit.total.b - precision.cwiseProduct(fit.theta));
+  result.F_given = result.F;
   result.F -= cross.transpose() * of_theta;
   return result;
 }
@@ -273,10 +277,12 @@ std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, con
     Eigen::MatrixXd indicator = Eigen::MatrixXd::Zero(evidence.b.size(), 3);
     for (std::size_t i = run.begin; i < run.end; ++i)
       for (int axis = 0; axis < 3; ++axis) indicator(evidence.column(i, axis), axis) = 1.0;
-    const Eigen::MatrixXd FI = evidence.F * indicator;
+    const Eigen::MatrixXd FI = evidence.F_given * indicator;
     Mat3<double> information = indicator.transpose() * FI;
     information.diagonal().array() += 1e-9 * information.trace();
     const Vec3<double> size = information.ldlt().solve(indicator.transpose() * evidence.b);
+    const Mat3<double> inverse = information.inverse();
+    const Mat3<double> of_parameters = indicator.transpose() * (FI - evidence.F * indicator);
     evidence.b -= FI * size;
 
     const Stretch& stretch = campaign.stretches[evidence.blocks[run.begin].stretch];
@@ -288,7 +294,7 @@ std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, con
     interval.axis = run.axis;
     interval.p_value = p;
     interval.acceleration = size.cwiseProduct(unit);
-    interval.covariance = unit.asDiagonal() * information.inverse() * unit.asDiagonal();
+    interval.covariance = unit.asDiagonal() * (inverse + inverse * of_parameters * inverse) * unit.asDiagonal();
     intervals.push_back(interval);
   }
   return intervals;

@@ -1,0 +1,47 @@
+#include "gap/gap_locate.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "gap/perturbed_ship.hpp"
+#include "gap/simulated_campaign.hpp"
+
+using namespace leeway;
+
+// The full study is scripts/gap-rates-table; this one knows gross failure.
+TEST_CASE("gap-locate: wrong coefficients, large noise and random model error raise no alarm", "[gap][long]") {
+  int mismatches = 0, faults = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const char* const name = seed % 2 == 0 ? "esso-osaka-3m" : "vectwin-3m";
+    Ship truth = test::perturbed_ship(name, seed <= 2 ? 0.1 : 0.0, seed);
+    if (seed == 3)
+      truth.effects.push_back({"model-error",
+                               {{"surge_mps2", 5e-4},
+                                {"sway_mps2", 5e-4},
+                                {"yaw_degps2", 0.04},
+                                {"tau_s", 12.0},
+                                {"seed", static_cast<double>(seed)}},
+                               "ship.json",
+                               "/effects/0"});
+    std::vector<Trajectory> recordings =
+        test::recorded({name, seed, 3, 150.0, 1.0, 0.5}, truth, {}, seed == 4 ? 3.0 : 1.0);
+    const gap::Findings findings = gap::gap_locate(read_ship(name), recordings, {});
+    CAPTURE(seed, findings.detection.reason);
+    CHECK(findings.fit.converged);
+    mismatches += findings.verdict == gap::Verdict::mismatch ? 1 : 0;
+    faults += findings.audit.faults.empty() ? 0 : 1;
+  }
+  CHECK(mismatches == 0);
+  CHECK(faults == 0);
+}
+
+TEST_CASE("gap-locate: a large ship sampled faster than it moves is fitted to a percent", "[gap][long]") {
+  // Means over 8 s bend with the state, and the rudders move within them.
+  const char* const name = "vectwin-150m";
+  const Ship ship = read_ship(name);
+  std::vector<Trajectory> recordings = test::recorded({name, 5, 3, 900.0, 1.0, 4.0}, ship);
+  const gap::Findings findings = gap::gap_locate(ship, recordings, {});
+  CAPTURE(findings.detection.reason);
+  CHECK(findings.fit.step_s > 7.0);
+  CHECK(findings.verdict == gap::Verdict::no_mismatch);
+  for (int axis = 0; axis < 3; ++axis) CHECK(findings.fit.sigma_w[axis] < 0.01 * findings.fit.typical[axis]);
+}
