@@ -7,6 +7,7 @@
 
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
+#include "core/errors.hpp"
 #include "gap/gap_locate.hpp"
 #include "gap/locate_json.hpp"
 #include "gap/report_html.hpp"
@@ -25,6 +26,10 @@ struct Options {
   double false_alarm = 0.01, step_s = 0.0;
   cli::CommonOptions common;
 };
+
+std::string corrected_file(const Options& o, const Trajectory& recording) {
+  return (std::filesystem::path(o.write_corrected) / (recording.name + ".csv")).string();
+}
 
 void add_options(CLI::App& app, Options& o) {
   app.add_option("recordings", o.recordings, "recordings: CSV files")->required();
@@ -59,6 +64,13 @@ int main(int argc, char** argv) try {
   options.step_s = o.step_s;
   options.jobs = o.common.jobs;
   options.seed = o.common.seed;
+  for (const Trajectory& recording : recordings)
+    for (const std::string& input : o.recordings)
+      if (const std::string file = corrected_file(o, recording);
+          !o.write_corrected.empty() && std::filesystem::exists(file) && std::filesystem::exists(input) &&
+          std::filesystem::equivalent(input, file))
+        throw UsageError(
+            fmt::format("--write-corrected '{}' would write over the recording '{}'", o.write_corrected, input));
   gap::Findings findings;
   {
     cli::Progress progress("locating", 1.0, o.common);
@@ -67,6 +79,7 @@ int main(int argc, char** argv) try {
   }
 
   io::make_directories(o.output);
+  if (!o.write_corrected.empty()) io::make_directories(o.write_corrected);
   const std::filesystem::path folder(o.output);
   std::vector<std::string> inputs{ship.file};
   inputs.insert(inputs.end(), o.recordings.begin(), o.recordings.end());
@@ -74,11 +87,8 @@ int main(int argc, char** argv) try {
   json["provenance"] = cli::provenance(app, o.common, inputs, {"--write-corrected"});
   for (const gap::Residual& residual : findings.residuals)
     io::write_text((folder / (residual.recording + ".residual.csv")).string(), gap::residual_text(residual));
-  if (!o.write_corrected.empty()) {
-    io::make_directories(o.write_corrected);
-    for (const Trajectory& recording : recordings)
-      io::write_trajectory((std::filesystem::path(o.write_corrected) / (recording.name + ".csv")).string(), recording);
-  }
+  if (!o.write_corrected.empty())
+    for (const Trajectory& recording : recordings) io::write_trajectory(corrected_file(o, recording), recording);
   io::write_text((folder / "report.html").string(),
                  gap::report_html(
                      findings, "Recordings against " + ship.name,

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "gap/channel_quality.hpp"
 #include "gap/detect.hpp"
 #include "gap/locate.hpp"
 
@@ -14,7 +15,8 @@ namespace {
 
 constexpr double kNotWhite = 0.25;   // autocorrelation of the innovations that the noise model should not leave
 constexpr double kErrsAsMuch = 0.7;  // model error by typical acceleration: then little is predicted at all
-constexpr double kNearly = 5.0;      // p-values up to this times the rate of false alarms leave it open
+constexpr std::size_t kFewestSamples = 300;
+constexpr double kNearly = 5.0;  // p-values up to this times the rate of false alarms leave it open
 
 // The verdict with the reason for it.
 void judge(Findings& findings, double scan_p_value) {
@@ -54,6 +56,10 @@ void judge(Findings& findings, double scan_p_value) {
     findings.verdict = Verdict::undecided;
     d.reason =
         fmt::format("the evidence is close to the stated rate of false alarms ({}); more recordings would tell", rate);
+  } else if (fit.samples < kFewestSamples) {
+    findings.verdict = Verdict::undecided;
+    d.reason =
+        fmt::format("{} measurements are too few to exclude anything; longer recordings would tell", fit.samples);
   } else if (d.effects.empty()) {
     findings.verdict = Verdict::undecided;
     d.reason = "the recordings excite none of the effects of the catalogue; longer or livelier maneuvers would";
@@ -102,7 +108,7 @@ void add_notices(Findings& findings, const Campaign& campaign, const EffectLibra
       silent.push_back(entry.name);
   if (!silent.empty())
     notices.push_back(
-        fmt::format("the recordings say nothing about {}: they do not excite it, or only with the wrong sign",
+        fmt::format("not seen: {}: not excited, of the wrong sign, or no more than the ship's own parameters may do",
                     fmt::join(silent, ", ")));
 }
 
@@ -137,7 +143,9 @@ Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const
   }
 
   progress(0.10, "fit within the stated uncertainty");
-  Campaign campaign = prepare(ship, recordings, {options.step_s, 0.0});
+  std::vector<Trajectory> moving;  // a frozen channel says nothing
+  for (const Trajectory& recording : recordings) moving.push_back(without_frozen(recording));
+  Campaign campaign = prepare(ship, std::move(moving), {options.step_s, 0.0});
   FitOptions fit_options;
   fit_options.jobs = options.jobs;
   fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };

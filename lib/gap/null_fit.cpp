@@ -179,7 +179,7 @@ class Climb {
     for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
       linearize_all();
       fit_.total = levels().total(fit_.noise);
-      if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError("the filter diverged along the recordings");
+      if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError(diverged());
       const Eigen::VectorXd precision = fit_.prior_sd.array().square().inverse();
       const Eigen::VectorXd slope = fit_.total.b - precision.cwiseProduct(fit_.theta);
       Eigen::MatrixXd M = fit_.total.F;
@@ -232,6 +232,21 @@ class Climb {
   std::vector<std::vector<StateVector>> paths;
 
  private:
+  // Which recording the simulator cannot follow at all.
+  std::string diverged() const {
+    std::string text =
+        "the simulator runs away along the recordings, whose inputs or states are far from what it knows";
+    for (std::size_t s = 0; s < paths.size(); ++s)
+      if (!std::isfinite(evidence(fit_.stretches[s], fit_.noise).log_likelihood)) {
+        const Stretch& stretch = campaign_.stretches[s];
+        text = fmt::format("{}: {} between {:.4g} and {:.4g} s", campaign_.recordings[stretch.recording].file, text,
+                           stretch.t_s.front(), stretch.t_s.back());
+        break;
+      }
+    for (const std::string& notice : campaign_.notices) text += "; " + notice;
+    return text;
+  }
+
   void leave_out_outliers() {
     for (std::size_t s = 0; s < paths.size(); ++s)
       for (std::size_t k = 1; k < campaign_.stretches[s].size(); ++k)

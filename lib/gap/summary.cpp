@@ -53,7 +53,12 @@ class Screen {
     std::vector<std::string> lines = wrapped(words);
     if (lines.size() > max_lines) {
       lines.resize(max_lines);
-      lines.back() = std::string(head(lines.back(), kWidth - kLabel - 4)) + " ...";
+      std::string& last = lines.back();
+      if (length(last) > kWidth - kLabel - 4) {
+        last = head(last, kWidth - kLabel - 4);
+        last.resize(std::min(last.rfind(' '), last.size()));
+      }
+      last += " ...";
     }
     for (const std::string& line : lines) {
       text_ += fmt::format("{:<{}}{}\n", label, kLabel, line);
@@ -98,7 +103,7 @@ std::string model_error(const NullFit& fit, int axis) {
 
 void add_where(Screen& screen, const Findings& findings) {
   const Located& located = findings.located;
-  if (located.share.sum() > 0.0) {
+  if (located.share.sum() > 0.0 && findings.verdict != Verdict::no_mismatch) {
     std::array<int, 3> axes{0, 1, 2};
     std::sort(axes.begin(), axes.end(), [&](int a, int b) { return located.share(a) > located.share(b); });
     screen.item("Direction",
@@ -182,7 +187,7 @@ std::string summary(const Findings& findings) {
 
   std::vector<ParameterShift> moved;
   for (const ParameterShift& p : findings.fit.parameters)
-    if (std::abs(p.shift_sd) > 2.0) moved.push_back(p);
+    if (std::abs(p.shift_sd) > 2.0 && std::abs(std::log(p.factor)) > 2.0 * p.factor_sd / p.factor) moved.push_back(p);
   std::stable_sort(moved.begin(), moved.end(), [](const ParameterShift& a, const ParameterShift& b) {
     return std::abs(a.shift_sd) > std::abs(b.shift_sd);
   });
