@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <vector>
@@ -13,11 +14,14 @@
 #include "gap/report_html.hpp"
 #include "gap/residual_csv.hpp"
 #include "gap/summary.hpp"
+#include "io/dataset_json.hpp"
 #include "io/files.hpp"
 
 using namespace leeway;
 
 namespace {
+
+constexpr const char* kResidual = ".residual.csv";
 
 struct Options {
   std::string ship, columns, output, write_corrected;
@@ -32,15 +36,25 @@ std::string corrected_file(const Options& o, const Trajectory& recording) {
 }
 
 void add_options(CLI::App& app, Options& o) {
-  app.add_option("recordings", o.recordings, "recordings: CSV files")->required();
+  app.add_option("recordings", o.recordings, "recordings: CSV files, or a dataset.json or dataset.json#SET")
+      ->required();
+  app.footer(
+      "A recording needs t_s, u_mps, vm_mps, r_degps and the ship's actuators (mmg-sim show SHIP lists them), and "
+      "should\n"
+      "have x0_m, y0_m, psi_deg and the wind. Exit codes: 0 done, whatever the verdict; 1 computation failed, 2 wrong\n"
+      "command line, 3 a file's contents are wrong, 4 a file cannot be read or written. Method, results and rates:\n"
+      "docs/gap-locate.md");
   app.add_option("--ship", o.ship, "the simulator: a ship's JSON file or a shipped name")->required();
   app.add_option("--columns", o.columns, "columns map of the recordings (JSON), or the name of a shipped one");
   app.add_flag("--no-correct", o.no_correct, "leave the sensor faults that are found in the recordings");
-  app.add_option("--write-corrected", o.write_corrected, "folder for the recordings with the faults taken out");
+  app.add_option("--write-corrected", o.write_corrected, "folder for the recordings with the faults taken out")
+      ->excludes("--no-correct");
   app.add_option("--false-alarm", o.false_alarm, "rate of finding something where there is nothing")
       ->check(cli::in_range(1e-4, 0.2))
       ->capture_default_str();
-  app.add_option("--step-s", o.step_s, "time grid of the filter [s] (default: 2 sqrt(L_pp/g))")->check(cli::positive());
+  app.add_option("--step-s", o.step_s,
+                 "time grid of the filter [s], rounded to whole samples (default: 2 sqrt(L_pp/g))")
+      ->check(cli::positive());
   app.add_option("-o,--output", o.output, "folder for locate.json, report.html and NAME.residual.csv")->required();
   cli::add_common_options(app, o.common);
 }
@@ -57,7 +71,10 @@ int main(int argc, char** argv) try {
   if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
 
   const Ship ship = read_ship(o.ship);
-  std::vector<Trajectory> recordings = cli::read_recordings(o.recordings, o.columns, o.common.jobs);
+  std::vector<std::string> files;
+  for (const io::RecordingFile& file : io::expand_recordings(o.recordings)) files.push_back(file.path);
+  std::vector<Trajectory> recordings =
+      cli::read_recordings(files, o.columns, o.common.jobs, !o.write_corrected.empty());
   gap::GapLocateOptions options;
   options.correct = !o.no_correct;
   options.false_alarm = o.false_alarm;
@@ -65,7 +82,7 @@ int main(int argc, char** argv) try {
   options.jobs = o.common.jobs;
   options.seed = o.common.seed;
   for (const Trajectory& recording : recordings)
-    for (const std::string& input : o.recordings)
+    for (const std::string& input : files)
       if (const std::string file = corrected_file(o, recording);
           !o.write_corrected.empty() && std::filesystem::exists(file) && std::filesystem::exists(input) &&
           std::filesystem::equivalent(input, file))
@@ -82,11 +99,19 @@ int main(int argc, char** argv) try {
   if (!o.write_corrected.empty()) io::make_directories(o.write_corrected);
   const std::filesystem::path folder(o.output);
   std::vector<std::string> inputs{ship.file};
-  inputs.insert(inputs.end(), o.recordings.begin(), o.recordings.end());
+  inputs.insert(inputs.end(), files.begin(), files.end());
   io::Json json = gap::to_json(findings);
   json["provenance"] = cli::provenance(app, o.common, inputs, {"--write-corrected"});
+  // Residuals of an earlier run would stand beside a locate.json that does not know them.
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (const std::string name = entry.path().filename().string(); entry.is_regular_file() && name.ends_with(kResidual))
+      if (std::none_of(findings.residuals.begin(), findings.residuals.end(),
+                       [&](const gap::Residual& r) { return r.recording + kResidual == name; })) {
+        std::filesystem::remove(entry.path());
+        cli::warn_all({fmt::format("{}: of an earlier run; removed", entry.path().string())});
+      }
   for (const gap::Residual& residual : findings.residuals)
-    io::write_text((folder / (residual.recording + ".residual.csv")).string(), gap::residual_text(residual));
+    io::write_text((folder / (residual.recording + kResidual)).string(), gap::residual_text(residual));
   if (!o.write_corrected.empty())
     for (const Trajectory& recording : recordings) io::write_trajectory(corrected_file(o, recording), recording);
   io::write_text((folder / "report.html").string(),

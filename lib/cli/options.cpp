@@ -36,7 +36,7 @@ std::string one_line(std::string text) {
 
 void add_common_options(CLI::App& app, CommonOptions& options) {
   options.jobs = std::max(1U, std::thread::hardware_concurrency());
-  app.add_option("--seed", options.seed, "seed of every random number")->capture_default_str();
+  app.add_option("--seed", options.seed, "seed of every random number")->check(at_least(0))->capture_default_str();
   app.add_option("--jobs", options.jobs, "threads; they change the time, never the result")
       ->check(at_least(1))
       ->default_str("the cores");
@@ -163,21 +163,21 @@ io::Json provenance(const CLI::App& app, const CommonOptions& options, const std
 }
 
 std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, const std::string& columns_map,
-                                        std::size_t jobs) {
+                                        std::size_t jobs, bool keep_unknown) {
   std::optional<io::ColumnsMap> map;
   if (!columns_map.empty()) map = io::read_columns_map(columns_map);
+  std::map<std::string, std::string> path_of_name;
+  for (const std::string& path : paths)
+    if (const auto [other, is_new] = path_of_name.emplace(io::stem(path), path); !is_new)
+      throw UsageError(
+          fmt::format("{}: has the same name as {}; recordings are told apart by their names", path, other->second));
   std::vector<Trajectory> recordings(paths.size());
-  parallel_for(paths.size(), jobs,
-               [&](std::size_t i) { recordings[i] = io::read_trajectory(paths[i], map ? &*map : nullptr); });
+  parallel_for(paths.size(), jobs, [&](std::size_t i) {
+    recordings[i] = io::read_trajectory(paths[i], map ? &*map : nullptr, keep_unknown);
+  });
   std::set<std::string> ignored;
-  std::map<std::string, std::string> file_of_name;
-  for (const Trajectory& recording : recordings) {
+  for (const Trajectory& recording : recordings)
     ignored.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
-    const auto [other, is_new] = file_of_name.emplace(recording.name, recording.file);
-    if (!is_new)
-      throw InputError(recording.file,
-                       fmt::format("has the same name as {}; recordings are told apart by their name", other->second));
-  }
   if (!ignored.empty()) spdlog::warn("columns that no tool knows are ignored: {}", fmt::join(ignored, ", "));
   return recordings;
 }

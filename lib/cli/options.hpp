@@ -56,9 +56,10 @@ io::Json provenance(const CLI::App& app, const CommonOptions& options, const std
                     const std::vector<std::string>& also_leave_out = {});
 
 /// Reads recordings in parallel, with one notice for the columns that no tool knows. Two recordings of one name are
-/// an InputError, since results refer to recordings by name.
+/// a UsageError, since results refer to recordings by name.
+///   keep_unknown  as for io::read_trajectory
 std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, const std::string& columns_map,
-                                        std::size_t jobs);
+                                        std::size_t jobs, bool keep_unknown = false);
 
 /// Logs results' notices as warnings.
 void warn_all(const std::vector<std::string>& notices);

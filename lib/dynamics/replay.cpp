@@ -63,7 +63,9 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
   has_wind_ = recording.has_wind() && ship.wind.has_value();
   if (has_wind_) {
     const bool is_true = recording.has(Channel::wind_speed) && recording.has(Channel::wind_dir);
-    require(recording, Channel::psi, ship);
+    if (!recording.has(Channel::psi))
+      throw InputError(recording.file, 1, "",
+                       "no column 'psi_deg': without the heading the recorded wind cannot be used");
     for (std::size_t i = 0; i < n; ++i) {
       const Vec2<double> wind =
           is_true ? wind_from_vector(recording[Channel::wind_speed][i], recording[Channel::wind_dir][i])

@@ -43,7 +43,7 @@ double huber(double z) {
 struct WindowNoise {
   double sd = 1.0, rho = 0.0;
 };
-using Noise = std::array<WindowNoise, 2>;
+using KinematicNoise = std::array<WindowNoise, 2>;
 
 // Makes the rows of a run white, of unit variance; `spread` receives the logarithm of what each row was divided by.
 template <typename Rows>
@@ -77,7 +77,7 @@ struct FaultModel {
   VectorXd numbers;                  // of all members, one after the other
   VectorXd residuals;
   MatrixXd sensitivities;  // of the residuals to the numbers
-  Noise noise;
+  KinematicNoise noise;
   double cost = 0.0;
   VectorXd heldout;  // log-likelihood of each unit by the fit without it
 };
@@ -189,7 +189,7 @@ class Fitter {
     MatrixXd J;
   };
   // Residuals and sensitivities, whitened with the noise of a model.
-  White white(const FaultModel& model, const Noise& noise) const {
+  White white(const FaultModel& model, const KinematicNoise& noise) const {
     White result{model.residuals, VectorXd::Ones(windows_.rows()), VectorXd::Zero(windows_.rows()),
                  model.sensitivities};
     for (const WindowRun& run : windows_.runs()) {
@@ -255,8 +255,8 @@ class Fitter {
   }
 
  private:
-  Noise estimate_noise(const VectorXd& residuals, Index parameters) const {
-    Noise noise;
+  KinematicNoise estimate_noise(const VectorXd& residuals, Index parameters) const {
+    KinematicNoise noise;
     for (const Kinematics kind : {Kinematics::track, Kinematics::heading}) {
       WindowNoise& of = noise[static_cast<std::size_t>(kind)];
       const double least = kind == Kinematics::track ? kLeastTrackNoise_m : kLeastHeadingNoise_rad;
@@ -300,7 +300,7 @@ class Fitter {
   }
 
   double cost_of(VectorXd residuals, const VectorXd& numbers, const std::vector<std::size_t>& members,
-                 const Noise& noise) const {
+                 const KinematicNoise& noise) const {
     double cost = 0.5 * numbers.cwiseAbs2().dot(prior_precision(members));
     for (const WindowRun& run : windows_.runs()) {
       whiten(noise[static_cast<std::size_t>(run.kind)], residuals.segment(run.begin, run.size), nullptr);
@@ -723,8 +723,8 @@ void note_channels(const std::vector<Trajectory>& recordings, Audit& result) {
     const std::string_view name = info(quality.channel).name;
     if (quality.frozen_share > 0.0)
       result.notices.push_back(
-          fmt::format("{} is frozen in {} of its samples although the ship moves: they are left out", name,
-                      percent(quality.frozen_share)));
+          fmt::format("{} is frozen in {} of its samples although the ship moves ({}): they are left out", name,
+                      percent(quality.frozen_share), fmt::join(quality.frozen_in, ", ")));
     if (quality.missing_share > 0.0)
       result.notices.push_back(fmt::format("{} lacks {} of its samples", name, percent(quality.missing_share)));
   }

@@ -28,12 +28,13 @@ struct Fault {
 /// What a channel of the recordings is like, apart from what the ship does.
 struct ChannelQuality {
   Channel channel = Channel::t;
-  double noise_sd = 0.0;       ///< of one sample [SI]
-  double correlation_s = 0.0;  ///< time over which its noise is correlated; 0: white
-  double filter_s = 0.0;       ///< time constant of the first-order filter that the noise shows; 0: none
-  double missing_share = 0.0;  ///< of the samples
-  double frozen_share = 0.0;   ///< of the samples, in runs that repeat one value although the ship moves
-  double resolution = 0.0;     ///< smallest step between different values [SI], 0 if not quantized
+  double noise_sd = 0.0;                 ///< of one sample [SI]
+  double correlation_s = 0.0;            ///< time over which its noise is correlated; 0: white
+  double filter_s = 0.0;                 ///< time constant of the first-order filter that the noise shows; 0: none
+  double missing_share = 0.0;            ///< of the samples
+  double frozen_share = 0.0;             ///< of the samples, in runs that repeat one value although the ship moves
+  double resolution = 0.0;               ///< smallest step between different values [SI], 0 if not quantized
+  std::vector<std::string> frozen_in{};  ///< names of the recordings in which the channel is frozen for a while
 };
 
 struct Audit {

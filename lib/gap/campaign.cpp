@@ -9,12 +9,12 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "gap/channel_quality.hpp"
 
 namespace leeway::gap {
 namespace {
 
 constexpr std::size_t kFewestPoints = 20;  // of a stretch: about two correlation times of the model error
-constexpr double kTimingShare = 0.1;       // of the sampling time: how well the rudders' timing is known
 constexpr std::size_t kMostPoints = 1500;  // then a new stretch begins, so that threads share long recordings
 
 double median_interval(const std::vector<double>& t) {
@@ -41,6 +41,17 @@ struct Point {
   double spread_s2 = 0.0;
   bool is_measured() const { return !measured.array().isNaN().all(); }
 };
+
+// Why nothing can be learned from a recording; empty if something can.
+std::string useless(const Trajectory& recording, const RecordedInputs& inputs) {
+  if (recording.size() < 2) return "it has a single sample";
+  const auto has_value = [](double x) { return std::isfinite(x); };
+  for (const Channel channel : inputs.channels())
+    if (std::none_of(recording[channel].begin(), recording[channel].end(), has_value))
+      return fmt::format("'{}' has no value at all, and the ship needs it", column_name(channel));
+  if (!inputs.first_known()) return "at no sample all actuators and the wind are known";
+  return is_at_rest(recording) ? "no measured channel ever changes: the ship rests, or nothing was recorded" : "";
+}
 
 // Means over bins of `bin_s`; every sample is a bin of its own where bin_s is 0.
 std::vector<Point> binned(const Trajectory& recording, std::size_t first, double bin_s) {
@@ -109,13 +120,12 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
 
   std::vector<double> steps;
   std::map<std::string, std::size_t> thinned;
+  std::size_t recordings_used = 0, recordings_with_wind = 0;
   for (std::size_t index = 0; index < recordings.size(); ++index) {
     const Trajectory& recording = recordings[index];
     campaign.recorded_inputs.emplace_back(recording, ship, InputInterpolation::linear);
     const RecordedInputs& inputs = campaign.recorded_inputs.back();
     for (const std::string& notice : inputs.notices()) campaign.notices.push_back(notice);
-    if (ship.wind && inputs.has_wind() && !recording.has(Channel::psi))
-      throw InputError(recording.file, 1, "", "no column 'psi_deg', which the recorded wind needs");
     campaign.has_wind |= inputs.has_wind();
     for (const Channel channel : kMeasured)
       if (recording.has(channel) &&
@@ -124,11 +134,12 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
             fmt::format("{}: '{}' has no value at all and is left out", recording.file, column_name(channel)));
     campaign.has_position |= recording.has(Channel::x0) && recording.has(Channel::y0);
     campaign.has_heading |= recording.has(Channel::psi);
-    if (!inputs.first_known() || recording.size() < 2) {
-      campaign.notices.push_back(
-          fmt::format("{}: no sample at which all actuators are known; left out", recording.file));
+    if (const std::string why = useless(recording, inputs); !why.empty()) {
+      campaign.notices.push_back(fmt::format("{}: {}; left out", recording.file, why));
       continue;
     }
+    recordings_with_wind += inputs.has_wind() ? 1 : 0;
+    ++recordings_used;
 
     const double sample_s = median_interval(recording[Channel::t]);
     const double target_s = options.step_s > 0.0 ? options.step_s : 2.0 * time_unit_s;
@@ -141,9 +152,14 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
 
     // Stretches end at holes; short holes are bridged by points without measurements.
     std::vector<std::vector<Point>> parts;
-    double last_measured_s = -1e300;
+    double last_measured_s = -1e300, longest_hole_s = 0.0, longest_from_s = 0.0;
+    std::size_t holes = 0;
     for (const Point& point : binned(recording, *inputs.first_known(), bin_s)) {
       if (!point.is_measured()) continue;
+      if (const double hole_s = point.t_s - last_measured_s; !parts.empty() && hole_s > 1.6 * step_s) {
+        ++holes;
+        if (hole_s > longest_hole_s) longest_hole_s = hole_s, longest_from_s = last_measured_s;
+      }
       const bool is_after_gap = point.t_s - last_measured_s > std::max(gap_s, 1.6 * step_s);
       if (is_after_gap || parts.back().size() >= kMostPoints) parts.emplace_back();
       std::vector<Point>& part = parts.back();
@@ -156,6 +172,12 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
       part.push_back(point);
       last_measured_s = point.t_s;
     }
+    if (holes > 0)
+      campaign.notices.push_back(fmt::format(
+          "{}: {} hole{} without any measurement, the longest of {:.3g} s from {:.4g} s on; {}", recording.file, holes,
+          holes > 1 ? "s" : "", longest_hole_s, longest_from_s,
+          longest_hole_s > gap_s ? "holes longer than " + fmt::format("{:.3g} s", gap_s) + " cut it in pieces"
+                                 : "the filter passes over them"));
     double left_out_s = 0.0;
     std::size_t kept = 0;
     for (const std::vector<Point>& part : parts) {
@@ -202,6 +224,11 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
     const std::string why = campaign.notices.empty() ? "" : " (" + campaign.notices.back() + ")";
     throw InputError(recordings.front().file, "no recording is long enough" + why);
   }
+  if (recordings_with_wind > 0 && recordings_with_wind < recordings_used)
+    campaign.notices.push_back(
+        fmt::format("{} of {} recordings have no wind columns while the others have: what the wind did there shows as "
+                    "missing physics; give them their wind, or leave them out",
+                    recordings_used - recordings_with_wind, recordings_used));
   for (const auto& [how, count] : thinned)
     campaign.notices.push_back(fmt::format("{} of {} recordings: {}", count, recordings.size(), how));
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());

@@ -31,6 +31,9 @@ struct Stretch {
   double dt_s(std::size_t k) const { return t_s[k + 1] - t_s[k]; }
 };
 
+/// How well the actuators' motion between samples is known, by the recording's sampling time.
+inline constexpr double kTimingShare = 0.1;
+
 /// The recordings as the filter sees them.
 struct Campaign {
   Ship ship;

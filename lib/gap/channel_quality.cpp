@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Dense>
+#include <fmt/format.h>
 
 #include "gap/kinematic_windows.hpp"
 
@@ -16,6 +18,9 @@ constexpr Eigen::Index kShortest = 12, kLongest = 40;  // samples that share a c
 constexpr double kStretch_s = 3.0;                     // over about this time
 constexpr std::size_t kFewestRepeats = 6;              // samples of one value that count as frozen
 constexpr double kShortestFrozen_s = 2.0;              // and the time over which they last
+constexpr std::size_t kFewestSuspect = 10;             // samples of one value of an actuator that otherwise changes
+constexpr std::size_t kFewestChanges = 50;             // at so many samples,
+constexpr double kMostRests = 0.02;                    // but for this share of them
 constexpr double kVisibleCorrelation = 0.25;           // from sample to sample; below it noise counts as white
 constexpr double kLongestCorrelation = 0.9;            // above, it is the motion that remains
 
@@ -133,6 +138,25 @@ bool changes(const Trajectory& recording, Channel channel, const Repeats& run) {
   return false;
 }
 
+// Whether a velocity that rests for most of a recording cannot have rested: u and v_m when the ship turned to and fro
+// by 0.3 rad meanwhile, r when the heading says so.
+bool has_turned(const Trajectory& recording, Channel velocity, const Repeats& run) {
+  constexpr double kTurned_rad = 0.3;
+  const std::vector<double>&t = recording[Channel::t], &r = recording[Channel::r], &psi = recording[Channel::psi];
+  double turned = 0.0, by_heading = 0.0, lowest = 0.0, highest = 0.0, first_psi = kMissing;
+  for (std::size_t k = run.begin; k + 1 < run.end; ++k) {
+    if (std::isfinite(r[k])) turned += r[k] * (t[k + 1] - t[k]);
+    if (!psi.empty() && std::isfinite(psi[k])) {
+      if (std::isnan(first_psi)) first_psi = psi[k];
+      by_heading = psi[k] - first_psi;
+    }
+    const double at = velocity == Channel::r ? by_heading - turned : turned;
+    lowest = std::min(lowest, at);
+    highest = std::max(highest, at);
+  }
+  return highest - lowest > kTurned_rad;
+}
+
 std::vector<Repeats> frozen_runs(const Trajectory& recording, Channel channel) {
   const std::vector<double>&t = recording[Channel::t], &x = recording[channel];
   std::vector<Repeats> frozen;
@@ -165,7 +189,8 @@ std::vector<Repeats> frozen_runs(const Trajectory& recording, Channel channel) {
       const std::size_t lag = run.end - run.begin;
       for (std::size_t k = 0; k + lag < x.size(); k += std::max<std::size_t>(1, lag / 4))
         if (std::isfinite(x[k]) && std::isfinite(x[k + lag])) moved.push_back(std::abs(x[k + lag] - x[k]));
-      should_move = others && median(moved) > 3.0 * step && median(moved) > 0.0;
+      should_move = others && (2 * lag > x.size() ? has_turned(recording, channel, run)
+                                                  : median(moved) > 3.0 * step && median(moved) > 0.0);
     }
     if (should_move) frozen.push_back(run);
   }
@@ -188,7 +213,9 @@ std::vector<ChannelQuality> channel_qualities(const std::vector<Trajectory>& rec
       samples += x.size();
       for (const double value : x)
         if (!std::isfinite(value)) ++missing;
-      for (const Repeats& run : frozen_runs(recording, channel)) frozen += run.end - run.begin;
+      const std::vector<Repeats> runs = frozen_runs(recording, channel);
+      for (const Repeats& run : runs) frozen += run.end - run.begin;
+      if (!runs.empty()) quality.frozen_in.push_back(recording.name);
       values.insert(values.end(), x.begin(), x.end());
       series.push_back(&x);
       steps.push_back(sampling_time(recording));
@@ -199,6 +226,41 @@ std::vector<ChannelQuality> channel_qualities(const std::vector<Trajectory>& rec
     quality.resolution = resolution(values);
     measure_noise(series, median(steps), quality);
     result.push_back(quality);
+  }
+  return result;
+}
+
+bool is_at_rest(const Trajectory& recording) {
+  return std::all_of(kMotion.begin(), kMotion.end(), [&](Channel channel) {
+    const std::vector<double>& x = recording[channel];
+    const auto first = std::find_if(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+    return std::all_of(first, x.end(), [&](double value) { return std::isnan(value) || value == *first; });
+  });
+}
+
+std::vector<std::string> suspect_actuators(const Trajectory& recording) {
+  std::vector<std::string> result;
+  const std::vector<double>& t = recording[Channel::t];
+  for (const Channel channel : kActuatorChannels) {
+    if (!recording.has(channel)) continue;
+    const std::vector<double>& x = recording[channel];
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const double value : x)
+      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    const std::vector<Repeats> runs = repeats(t, x);
+    const auto longest = std::max_element(
+        runs.begin(), runs.end(), [](const Repeats& a, const Repeats& b) { return a.end - a.begin < b.end - b.begin; });
+    if (longest == runs.end() || longest->end - longest->begin < kFewestSuspect) continue;
+    if (x[longest->begin] == low || x[longest->begin] == high) continue;  // it may rest at its stop
+    std::size_t changes = 0, rests = 0;
+    for (std::size_t k = 1; k < x.size(); ++k)
+      if ((k <= longest->begin || k >= longest->end) && std::isfinite(x[k]) && std::isfinite(x[k - 1]))
+        ++(x[k] == x[k - 1] ? rests : changes);
+    if (changes < kFewestChanges || static_cast<double>(rests) > kMostRests * static_cast<double>(changes)) continue;
+    result.push_back(fmt::format(
+        "'{}' keeps one value from {:.4g} to {:.4g} s although it changes from sample to sample elsewhere: it may be "
+        "frozen; it is used as it is",
+        column_name(channel), t[longest->begin], t[longest->end - 1]));
   }
   return result;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "gap/audit.hpp"
@@ -14,8 +15,15 @@ namespace leeway::gap {
 /// median keeps that small.
 std::vector<ChannelQuality> channel_qualities(const std::vector<Trajectory>& recordings);
 
+/// Whether no channel of the motion ever changes.
+bool is_at_rest(const Trajectory& recording);
+
+/// Sentences on actuators that keep one value for ten samples or more, away from their ends, although they change from
+/// sample to sample elsewhere, as a measured angle or rate does. A held order looks the same and is not suspected.
+std::vector<std::string> suspect_actuators(const Trajectory& recording);
+
 /// The recording with the samples taken out in which a channel repeats one value although the ship moves: six or more
-/// over 2 s or more, while another channel says that it must have changed.
+/// over 2 s or more, while another channel says that it must have changed; for most of a recording, a ship that turned.
 Trajectory without_frozen(const Trajectory& recording);
 
 }  // namespace leeway::gap

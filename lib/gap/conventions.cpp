@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
+#include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "core/wind.hpp"
 #include "dynamics/replay.hpp"
@@ -20,11 +21,12 @@ namespace {
 // A reading is claimed only if the log-odds exceed the first, their mean over the blocks so many standard errors, and
 // the error shrinks by the ratio: kinematics know no parameters, forces do.
 constexpr double kDecisive = 10.0, kCertain = 3.0, kKinematicRatio = 2.0, kForceRatio = 1.3;
-constexpr double kAgainstPlain = 5.0;   // log-odds against a plain error of the force,
-constexpr double kAbsentRatio = 1.15;   // against no force at all
-constexpr double kMostPerBlock = 4.0;   // log-odds that one block may give [nats]
-constexpr double kPerReading = 6.0;     // log-odds against each reading that differs [nats]
-constexpr double kLargestError = 10.0;  // in units of the typical change: beyond, all is equally wrong
+constexpr double kOddOne = 6.0, kOddOneRatio = 1.5;  // of one recording where all others read as stated
+constexpr double kAgainstPlain = 5.0;                // log-odds against a plain error of the force,
+constexpr double kAbsentRatio = 1.15;                // against no force at all
+constexpr double kMostPerBlock = 4.0;                // log-odds that one block may give [nats]
+constexpr double kPerReading = 6.0;                  // log-odds against each reading that differs [nats]
+constexpr double kLargestError = 10.0;               // in units of the typical change: beyond, all is equally wrong
 constexpr std::size_t kFewestBlocks = 4, kMostWindows = 480, kWindowsPerBlock = 3, kMostForceReadings = 4,
                       kMostInPairs = 9;
 constexpr double kDiffering = 0.5;  // of the median error: from there on two readings differ in a window
@@ -171,11 +173,10 @@ Odds odds_of(const BlockErrors& better, const BlockErrors& worse) {
 
 Reading reading_of(const ReadingEntry& entry, const Odds& odds, const char* what) {
   Reading reading{std::string(entry.channel), std::string(entry.name), "", odds.log_odds, odds.ratio};
+  const double times = odds.ratio >= 1.0 ? odds.ratio : 1.0 / odds.ratio;
   reading.sentence =
-      odds.ratio >= 1.0 ? fmt::format("if {}, the error of {} is {:.2f} times smaller than as stated (log-odds {:.1f})",
-                                      entry.says, what, odds.ratio, odds.log_odds)
-                        : fmt::format("if {}, the error of {} is {:.2f} times larger than as stated (log-odds {:.1f})",
-                                      entry.says, what, 1.0 / odds.ratio, odds.log_odds);
+      fmt::format("if {}, the error of {} is {:.{}f} times {} than as stated (log-odds {:.0f})", entry.says, what,
+                  times, times < 10.0 ? 2 : 0, odds.ratio >= 1.0 ? "smaller" : "larger", odds.log_odds);
   return reading;
 }
 
@@ -633,9 +634,35 @@ Conventions check_conventions(const Ship& ship, const std::vector<Trajectory>& g
   return result;
 }
 
+std::vector<Reading> contradicted_in_one(const Ship& ship, const std::vector<Trajectory>& recordings,
+                                         const Conventions& of_all, std::size_t jobs) {
+  const auto odds_of_all = [&](const Reading& reading) {
+    for (const Reading& known : of_all.tested)
+      if (known.channel == reading.channel && known.name == reading.name) return known.log_odds;
+    return 0.0;
+  };
+  std::vector<std::optional<Reading>> found(recordings.size());
+  parallel_for(recordings.size(), jobs, [&](std::size_t i) {
+    const std::vector<Reading> tested = check_conventions(ship, {reread(recordings[i], of_all.contradicted)}).tested;
+    if (tested.empty()) return;
+    const Reading& best = tested.front();
+    if (best.log_odds > kOddOne && best.error_ratio > kOddOneRatio && odds_of_all(best) - best.log_odds < -kDecisive)
+      found[i] = best;
+  });
+  std::vector<Reading> result;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (found[i]) {
+      found[i]->recording = recordings[i].name;
+      found[i]->sentence = recordings[i].name + ": " + found[i]->sentence;
+      result.push_back(*found[i]);
+    }
+  return result;
+}
+
 Trajectory reread(const Trajectory& recording, const std::vector<Reading>& readings) {
   std::vector<const ReadingEntry*> known;
   for (const Reading& reading : readings) {
+    if (!reading.recording.empty() && reading.recording != recording.name) continue;
     const ReadingEntry* entry = find_entry(reading.channel, reading.name);
     if (!entry) throw UsageError(fmt::format("no reading '{}' of '{}' is known", reading.name, reading.channel));
     known.push_back(entry);

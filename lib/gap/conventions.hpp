@@ -16,6 +16,7 @@ struct Reading {
   std::string sentence;   ///< to a person: which reading fits and by how much
   double log_odds = 0.0;  ///< log-likelihood by which it fits better than the stated convention [nats]; + is better
   double error_ratio = 1.0;  ///< residual error as stated by that under this reading
+  std::string recording{};   ///< the one that it holds for; empty: all
 };
 
 struct Conventions {
@@ -29,8 +30,13 @@ struct Conventions {
 /// recorded velocities over short times). Nothing is fitted. Readings that the data cannot tell from the stated one are
 /// not claimed. Readings and thresholds: docs/gap-audit.md.
 Conventions check_conventions(const Ship& ship, const std::vector<Trajectory>& recordings);
+/// One recording that reads otherwise than all others: for each recording by itself the reading that fits best, where
+/// it fits better than what is stated and the others refute it. With the others' word for the channel less is needed
+/// than for all recordings together. At most one reading for a recording.
+std::vector<Reading> contradicted_in_one(const Ship& ship, const std::vector<Trajectory>& recordings,
+                                         const Conventions& of_all, std::size_t jobs);
 
-/// The recording as it reads when the named readings hold: afterwards it follows leeway's conventions.
+/// The recording as it reads when the named readings hold that are for it: afterwards it follows leeway's conventions.
 Trajectory reread(const Trajectory& recording, const std::vector<Reading>& readings);
 
 }  // namespace leeway::gap

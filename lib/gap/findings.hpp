@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,6 +38,7 @@ struct ParameterShift {
 
 struct NullFit {
   std::vector<ParameterShift> parameters;
+  Estimate actuator_lag;  ///< how much later than recorded the actuators moved, by the recordings' sampling time
   Vec3<double> sigma_w = Vec3<double>::Zero();     ///< sd of the model error (m/s^2, m/s^2, rad/s^2)
   Vec3<double> sigma_w_sd = Vec3<double>::Zero();  ///< its standard error
   Vec3<double> typical = Vec3<double>::Zero();     ///< rms of the recorded accelerations, same units
@@ -59,7 +61,10 @@ struct Screened {
   std::string name;
   double p_value = 1.0;  ///< alone
   double log_bayes_factor = 0.0;
-  double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< over left-out recordings, or blocks of a single one [nats]
+  /// Over left-out recordings, or blocks of a single one [nats]; NaN for effects that lie too far behind to be
+  /// refitted.
+  double heldout_gain = std::numeric_limits<double>::quiet_NaN();
+  double heldout_gain_sd = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct Detection {
@@ -70,6 +75,7 @@ struct Detection {
   double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< of the best effect
   std::vector<Screened> effects;                     ///< best first
   std::string reason;                                ///< why this verdict, to a person
+  std::vector<std::string> untested;                 ///< effects that these recordings cannot show, and why
 };
 
 struct Interval {
@@ -127,7 +133,8 @@ struct Findings {
   Detection detection;
   Located located;
   std::vector<Residual> residuals;
-  std::vector<std::string> notices;
+  bool grossly_inconsistent = false;  ///< many parameters far off, much unexplained: another ship's recordings?
+  std::vector<std::string> notices;   ///< weightiest first
   double L_pp = 0.0;
 };
 

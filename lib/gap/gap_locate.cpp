@@ -82,33 +82,48 @@ void judge(Findings& findings, double scan_p_value) {
   d.reason += '.';
 }
 
+// Whether this looks like another ship: sensors that were left wrong, or an effect of the catalogue that predicts what
+// was held out, explain it better.
+bool is_grossly_inconsistent(const Findings& findings) {
+  const NullFit& fit = findings.fit;
+  if (!findings.corrected && (!findings.audit.faults.empty() || !findings.conventions.contradicted.empty()))
+    return false;
+  std::ptrdiff_t far = 0;
+  for (const ParameterShift& shift : fit.parameters) far += std::abs(shift.shift_sd) > 4.0 ? 1 : 0;
+  const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
+  return far >= 4 || (far >= 2 && share > 0.5);
+}
+
 void add_notices(Findings& findings, const Campaign& campaign, const EffectLibrary& library) {
   std::vector<std::string>& notices = findings.notices;
-  notices.insert(notices.end(), campaign.notices.begin(), campaign.notices.end());
   const NullFit& fit = findings.fit;
+  findings.grossly_inconsistent = is_grossly_inconsistent(findings);
+  if (findings.grossly_inconsistent)
+    notices.push_back(fmt::format(
+        "grossly inconsistent: parameters moved by more than 4 prior sd{}; are these recordings "
+        "of the ship '{}'?",
+        findings.verdict == Verdict::mismatch ? ", or something strong is missing" : "", campaign.ship.name));
+  for (const Trajectory& recording : campaign.recordings)
+    for (const std::string& sentence : suspect_actuators(recording))
+      notices.push_back(recording.file + ": " + sentence);
+  notices.insert(notices.end(), campaign.notices.begin(), campaign.notices.end());
   if (fit.outliers > 0)
     notices.push_back(fmt::format("{} of {} measurements lay more than 6 sd from their prediction and were left out",
                                   fit.outliers, fit.samples + fit.outliers));
   if (!campaign.has_position)
     notices.push_back("no positions: slow effects show two to four times less; record x0_m and y0_m");
   if (!campaign.has_heading) notices.push_back("no heading: effects with a direction in earth axes cannot be seen");
-  std::size_t far = 0;
-  for (const ParameterShift& shift : fit.parameters) far += std::abs(shift.shift_sd) > 4.0 ? 1 : 0;
-  const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
-  if (far >= 4 || (far >= 2 && share > 0.5))
-    notices.push_back(
-        fmt::format("grossly inconsistent: {} parameters moved by more than 4 prior sd and the model error is "
-                    "{:.0f} % of the typical acceleration; are these recordings of the ship '{}'?",
-                    far, 100.0 * share, campaign.ship.name));
-  for (const std::string& reason : library.not_applicable()) notices.push_back("not tested: " + reason);
+
+  std::vector<std::string>& untested = findings.detection.untested;
+  untested = library.not_applicable();
   std::vector<std::string> silent;
   for (const EffectLibrary::Entry& entry : library.entries())
     if (std::none_of(findings.detection.effects.begin(), findings.detection.effects.end(),
                      [&](const Screened& s) { return s.name == entry.name; }))
       silent.push_back(entry.name);
   if (!silent.empty())
-    notices.push_back(
-        fmt::format("not seen: {}: not excited, of the wrong sign, or no more than the ship's own parameters may do",
+    untested.push_back(
+        fmt::format("{}: not excited, of the wrong sign, or no more than the ship's own parameters may do",
                     fmt::join(silent, ", ")));
 }
 
@@ -124,7 +139,17 @@ Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const
   prepare(ship, recordings, {options.step_s, 0.0});  // what cannot be used is said before the long work
 
   progress(0.0, "conventions");
-  findings.conventions = check_conventions(ship, recordings);
+  const auto all_without_frozen = [&] {  // a frozen channel says nothing
+    std::vector<Trajectory> moving;
+    for (const Trajectory& recording : recordings) moving.push_back(without_frozen(recording));
+    return moving;
+  };
+  std::vector<Trajectory> moving = all_without_frozen();
+  std::erase_if(moving, is_at_rest);
+  findings.conventions = check_conventions(ship, moving);
+  if (recordings.size() > 1)
+    for (Reading& reading : contradicted_in_one(ship, moving, findings.conventions, options.jobs))
+      findings.conventions.contradicted.push_back(std::move(reading));
   progress(0.03, "audit of the sensors");
   AuditOptions audit_options;
   audit_options.false_alarm = options.false_alarm;
@@ -143,9 +168,7 @@ Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const
   }
 
   progress(0.10, "fit within the stated uncertainty");
-  std::vector<Trajectory> moving;  // a frozen channel says nothing
-  for (const Trajectory& recording : recordings) moving.push_back(without_frozen(recording));
-  Campaign campaign = prepare(ship, std::move(moving), {options.step_s, 0.0});
+  Campaign campaign = prepare(ship, all_without_frozen(), {options.step_s, 0.0});
   FitOptions fit_options;
   fit_options.jobs = options.jobs;
   fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };

@@ -18,7 +18,7 @@ namespace leeway::gap {
 namespace {
 
 constexpr std::size_t kMostBlocks = 250;
-constexpr std::size_t kDraws = 2000;
+constexpr std::size_t kScanDraws = 2000;
 constexpr std::size_t kMostIntervals = 8;
 constexpr double kLongestShare = 0.6;     // of all blocks: longer is no interval
 constexpr double kReference_mps2 = 5e-4;  // accelerations are counted in this, yaw at 0.25 L_pp from midship
@@ -247,8 +247,8 @@ std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, con
   Eigen::MatrixXd F = evidence.F;
   F.diagonal().array() += 1e-9 * F.diagonal().maxCoeff();
   const Eigen::MatrixXd root = F.llt().matrixL();
-  std::vector<double> nulls(kDraws);
-  parallel_for(kDraws, options.jobs, [&](std::size_t d) {
+  std::vector<double> nulls(kScanDraws);
+  parallel_for(kScanDraws, options.jobs, [&](std::size_t d) {
     RandomStream random(options.seed, "gap-scan", d);
     Eigen::VectorXd standard(evidence.b.size());
     for (double& x : standard) x = random.normal();
@@ -257,11 +257,11 @@ std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, con
   });
   std::sort(nulls.begin(), nulls.end());
   // Beyond what the draws resolve, in proportion to the tail of one run.
-  const double level = nulls[kDraws - kDraws / 20], share = 0.05;
+  const double level = nulls[kScanDraws - kScanDraws / 20], share = 0.05;
   const auto p_value = [&](double statistic) {
     if (statistic < level) {
       const auto above = nulls.end() - std::lower_bound(nulls.begin(), nulls.end(), statistic);
-      return static_cast<double>(above + 1) / static_cast<double>(kDraws + 1);
+      return static_cast<double>(above + 1) / static_cast<double>(kScanDraws + 1);
     }
     return share * chi_squared_survival(statistic, 1.0) / chi_squared_survival(level, 1.0);
   };
@@ -421,7 +421,7 @@ std::vector<WalkingGain> walking_gains(const Campaign& campaign, const FittedNul
       for (std::size_t s = 0; s < before.size(); ++s) was += before[s].sum(), is += after[s].sum();
       best.sigma_w_factor = was > 0.0 ? std::sqrt(is / was) : 1.0;
     }
-    result.push_back(best);
+    if (best.sigma_w_factor <= 1.0) result.push_back(best);  // else it moves the error, and whitens nothing
   }
   std::sort(result.begin(), result.end(),
             [](const WalkingGain& a, const WalkingGain& b) { return a.log_likelihood_gain > b.log_likelihood_gain; });
@@ -831,7 +831,12 @@ Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOpt
 
   const std::vector<Eigen::Matrix3Xd> residual = smoothed_residual(campaign, fit);
   Vec3<double> energy = Vec3<double>::Zero();
-  for (const Eigen::Matrix3Xd& w : residual) energy += w.rowwise().squaredNorm();
+  for (std::size_t s = 0; s < residual.size(); ++s)  // events, which have their intervals, would hide all else
+    for (Eigen::Index k = 0; k < residual[s].cols(); ++k) {
+      const std::vector<Vec3<double>>& scale = fit.event_scale[s];
+      energy += residual[s].col(k).cwiseAbs2().cwiseQuotient(
+          (scale.empty() ? Vec3<double>::Ones() : scale[static_cast<std::size_t>(k)]).cwiseAbs2());
+    }
   if (energy.sum() > 0.0) result.located.share = energy / energy.sum();
   result.located.frames = frames_of(campaign, fit, residual, options.jobs);
   result.located.regimes = regimes_of(campaign, fit, residual, options);

@@ -93,6 +93,7 @@ Json to_json(const Conventions& conventions) {
   const auto reading = [](const Reading& r) {
     return Json{{"channel", r.channel},
                 {"name", r.name},
+                {"recording", r.recording.empty() ? Json(nullptr) : Json(r.recording)},
                 {"log_odds", number(r.log_odds)},
                 {"error_ratio", number(r.error_ratio)},
                 {"sentence", r.sentence}};
@@ -186,7 +187,10 @@ Json to_json(const NullFit& fit) {
           {"samples", fit.samples},
           {"outliers", fit.outliers},
           {"step_s", number(fit.step_s)},
+          {"distance", number(fit.distance)},
           {"parameters", parameters},
+          {"actuator_lag_samples", number(fit.actuator_lag.value)},
+          {"actuator_lag_sd_samples", number(fit.actuator_lag.sd)},
           {"noise", noise}};
 }
 
@@ -197,6 +201,7 @@ Json to_json(const Detection& detection) {
           {"heldout_gain", number(detection.heldout_gain)},
           {"heldout_gain_sd", number(detection.heldout_gain_sd)},
           {"reason", detection.reason},
+          {"untested", detection.untested},
           {"effects", array_of(detection.effects, [](const Screened& e) {
              return Json{{"name", e.name},
                          {"p_value", number(e.p_value)},
@@ -229,6 +234,7 @@ Json to_json(const Findings& findings) {
           {"detection", to_json(findings.detection)},
           {"null_fit", to_json(findings.fit)},
           {"recordings", array_of(findings.residuals, recording)},
+          {"grossly_inconsistent", findings.grossly_inconsistent},
           {"L_pp_m", number(findings.L_pp)},
           {"notices", findings.notices}};
 }

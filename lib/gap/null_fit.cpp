@@ -435,7 +435,8 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
                              [&](const Vec6& y) { return !std::isnan(y[i]); });
         });
     if (measured)
-      report.noise.push_back({kNames[i], fit.noise.measurement_sd[i] * (i == 2 || i == 5 ? 1.0 / kDegree : 1.0), 0.0});
+      report.noise.push_back(
+          {kNames[i], fit.noise.measurement_sd[i] * (i == 2 || i == 5 ? 1.0 / kDegree : 1.0), kMissing});
   }
   Eigen::MatrixXd M = fit.total.F;
   M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
@@ -446,6 +447,8 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     report.parameters.push_back(
         {parameter.name, factor, factor * sd, parameter.log_sd, fit.theta[i] / parameter.log_sd});
   }
+  report.actuator_lag = {"actuator_lag", kTimingShare * fit.theta[p - 1],
+                         kTimingShare * std::sqrt(covariance(p - 1, p - 1))};
   return fit;
 }
 

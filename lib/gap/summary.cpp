@@ -148,6 +148,8 @@ std::string next_step(const Findings& findings) {
   if (!findings.conventions.contradicted.empty())
     return "settle signs, units and frames first (a columns map, or the recorder's manual), then run again";
   if (!findings.audit.faults.empty() && !findings.corrected) return "repair or correct the sensors, then run again";
+  if (findings.grossly_inconsistent && findings.verdict != Verdict::no_mismatch)
+    return "check that these are recordings of this ship, at this scale and draft, before anything is concluded";
   if (!findings.fit.converged)
     return "the fit has not converged: do not rely on the above; check the ship's particulars and the recordings";
   switch (findings.verdict) {
@@ -176,7 +178,12 @@ std::string summary(const Findings& findings) {
   const auto sentence = [](const Reading& r) { return r.sentence; };
   const auto same = [](const std::string& s) -> const std::string& { return s; };
   if (!findings.conventions.contradicted.empty())
-    screen.item("Conventions", first_of(findings.conventions.contradicted, 2, 2, sentence), 2);
+    screen.item("Conventions",
+                first_of(findings.conventions.contradicted, 2, 3, sentence,
+                         findings.corrected ? ". Read so in what follows."
+                                            : ". Not read so: it spoils "
+                                              "what follows."),
+                3);
   else if (!findings.conventions.tested.empty())
     screen.item("Conventions", "signs, units and frames read as stated fit best", 1);
   screen.item("Sensors", sensors(findings), 4);

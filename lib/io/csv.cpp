@@ -179,6 +179,13 @@ bool CsvReader::next_record(std::vector<std::string_view>& fields) {
   }
 }
 
+std::string csv_field(std::string_view text) {
+  if (text.find_first_of(",\"\n\r") == std::string_view::npos) return std::string(text);
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
 double CsvReader::number(std::string_view field, std::string_view column, std::string_view unit) const {
   double value = 0.0;
   if (parse_number(field, value)) return value;

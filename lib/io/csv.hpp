@@ -48,6 +48,9 @@ class CsvReader {
   std::string unquoted_;
 };
 
+/// A text as it stands in a row: in quotation marks where it holds a comma, a quotation mark or a line end.
+std::string csv_field(std::string_view text);
+
 /// A finite number that fills the whole field (surrounding blanks allowed), the same in every locale.
 bool parse_number(std::string_view field, double& value);
 

@@ -21,14 +21,7 @@ PredictionWriter::PredictionWriter(const std::string& path) : file_(path) {
 }
 
 void PredictionWriter::write(const PredictionRow& row) {
-  const bool quote = row.recording.find_first_of(",\"\n\r") != std::string_view::npos;
-  if (quote) {
-    buffer_ += '"';
-    for (const char c : row.recording) buffer_ += c == '"' ? std::string("\"\"") : std::string(1, c);
-    buffer_ += '"';
-  } else {
-    buffer_ += row.recording;
-  }
+  buffer_ += csv_field(row.recording);
   fmt::format_to(std::back_inserter(buffer_), ",{},{},{},{},{},{},{},{},{},{},{}\n", row.sequence, row.step, row.t_s,
                  row.particle, row.member, row.eta(0), row.eta(1), rad_to_deg(row.eta(2)), row.nu(0), row.nu(1),
                  rad_to_deg(row.nu(2)));

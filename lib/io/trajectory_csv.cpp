@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -105,7 +106,7 @@ ColumnsMap read_columns_map(const std::string& name_or_path) {
   return result;
 }
 
-Trajectory read_trajectory(const std::string& path, const ColumnsMap* map) {
+Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool keep_unknown) {
   CsvReader csv(path);
   Trajectory trajectory;
   trajectory.name = stem(path);
@@ -119,6 +120,7 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map) {
     std::size_t field;
   };
   std::vector<Column> columns;
+  std::vector<std::size_t> kept;
   std::array<std::string, kChannelCount> taken_by;
   std::size_t time_field = 0;
   for (std::size_t i = 0; i < csv.header().size(); ++i) {
@@ -131,6 +133,7 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map) {
     }
     if (!source) {
       trajectory.ignored_columns.push_back(name);
+      if (keep_unknown) kept.push_back(i);
       continue;
     }
     std::string& taken = taken_by[static_cast<std::size_t>(source->channel)];
@@ -147,16 +150,26 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map) {
         if (source.channel == channel) return foreign;
     return column_name(channel);
   };
+  const auto is_absent = [&](Channel channel) { return taken_by[static_cast<std::size_t>(channel)].empty(); };
   for (const Channel channel : {Channel::t, Channel::u, Channel::vm, Channel::r})
-    if (taken_by[static_cast<std::size_t>(channel)].empty())
+    if (is_absent(channel))
       throw InputError(path, 1, "",
                        fmt::format("no column '{}'; found {}", foreign_name(channel), fmt::join(csv.header(), ", ")));
+
+  for (const auto& [speed, direction] :
+       {std::pair{Channel::wind_speed, Channel::wind_dir}, std::pair{Channel::app_wind_speed, Channel::app_wind_dir}})
+    if (is_absent(speed) != is_absent(direction))
+      throw InputError(
+          path, 1, "",
+          fmt::format("column '{}' without '{}': a wind needs both", foreign_name(is_absent(speed) ? direction : speed),
+                      foreign_name(is_absent(speed) ? speed : direction)));
 
   const auto is_missing = [&](std::string_view field) {
     if (field.find_first_not_of(" \t") == std::string_view::npos) return true;
     return map != nullptr && std::find(map->missing.begin(), map->missing.end(), field) != map->missing.end();
   };
   const std::vector<double>& time = trajectory[Channel::t];
+  trajectory.ignored_texts.resize(kept.size());
   std::vector<std::string_view> fields;
   while (csv.next(fields)) {
     if (is_missing(fields[time_field]) && std::all_of(fields.begin(), fields.end(), is_missing)) continue;
@@ -169,6 +182,7 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map) {
       }
       column.values->push_back(value * column.factor);
     }
+    for (std::size_t k = 0; k < kept.size(); ++k) trajectory.ignored_texts[k].emplace_back(fields[kept[k]]);
     if (time.size() > 1 && !(time.back() > time[time.size() - 2]))
       throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[time_field]),
                        fmt::format("time must increase, but {} s follows {} s", time.back(), time[time.size() - 2]));
@@ -190,6 +204,14 @@ std::string trajectory_text(const Trajectory& trajectory) {
     text += (columns.empty() ? "" : ",") + column_name(channel.channel);
     columns.push_back({&trajectory[channel.channel], *factor_of(channel.quantity, channel.unit)});
   }
+  std::vector<const std::vector<std::string>*> kept;
+  for (std::size_t k = 0; k < trajectory.ignored_texts.size(); ++k) {
+    const std::string& name = trajectory.ignored_columns[k];
+    const auto channel = known_column(name);
+    if (channel && trajectory.has(channel->channel)) continue;
+    text += ',' + csv_field(name);
+    kept.push_back(&trajectory.ignored_texts[k]);
+  }
   text += '\n';
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -197,6 +219,7 @@ std::string trajectory_text(const Trajectory& trajectory) {
       const double value = (*columns[c].values)[i];
       if (!std::isnan(value)) fmt::format_to(std::back_inserter(text), "{}", value / columns[c].divisor);
     }
+    for (const std::vector<std::string>* texts : kept) text += ',' + csv_field((*texts)[i]);
     text += '\n';
   }
   return text;

@@ -26,10 +26,13 @@ ColumnsMap read_columns_map(const std::string& name_or_path);
 ///
 /// An empty field is a missing sample (NaN); a row of empty fields only is passed over. Throws InputError for a
 /// missing t_s, u_mps, vm_mps or r_degps, two columns for one channel, text or nan in a number, a row of another
-/// length, a time that does not increase, or no row at all; IoError if the file cannot be read.
-Trajectory read_trajectory(const std::string& path, const ColumnsMap* map = nullptr);
+/// length, a time that does not increase, one column of a wind without the other, or no row at all; IoError if the file
+/// cannot be read.
+///   keep_unknown  keep the columns that no tool knows as text, so that a copy has them
+Trajectory read_trajectory(const std::string& path, const ColumnsMap* map = nullptr, bool keep_unknown = false);
 
-/// Writes all channels of a trajectory under the names and units of docs/formats.md ("-": standard output).
+/// Writes all channels of a trajectory under the names and units of docs/formats.md ("-": standard output), and behind
+/// them the kept unknown columns; one that is called like a channel written is left out.
 void write_trajectory(const std::string& path, const Trajectory& trajectory);
 
 /// The text that write_trajectory writes.

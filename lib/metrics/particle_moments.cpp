@@ -11,7 +11,6 @@
 namespace leeway {
 namespace {
 
-constexpr double kSameTime_s = 1e-6;
 constexpr std::size_t kMostNumbers = 10'000'000;  // of steps or particles: what lies above is a damaged file
 
 // Spreads particle numbers over all bits, so that different sets of them have different sums.

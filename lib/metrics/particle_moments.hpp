@@ -10,6 +10,8 @@
 
 namespace leeway {
 
+inline constexpr double kSameTime_s = 1e-6;  ///< times that lie closer are one [s]
+
 /// Running mean and covariance of the particles at one step, by Welford's update relative to the first particle: no
 /// difference of large sums, so that a covariance without full rank shows as one even where the spread is a
 /// millionth of the velocity.

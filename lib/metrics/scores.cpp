@@ -12,13 +12,13 @@
 #include "core/errors.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "io/csv.hpp"
 #include "io/files.hpp"
 
 namespace leeway {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kSameTime_s = 1e-6;
 constexpr double kFullRank = 1e-10;  // smallest eigenvalue of the correlation matrix
 
 // Mean of numbers that come one by one; NaN while there is none.
@@ -93,13 +93,6 @@ io::Json to_json(const Scores& s) {
   json["L_fit"] = number_or_null(s.L_fit);
   json["units"] = units();
   return json;
-}
-
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
 }
 
 }  // namespace
@@ -354,7 +347,7 @@ std::string per_step_text(const Evaluation& evaluation) {
     if (!std::isnan(value)) fmt::format_to(std::back_inserter(text), "{}", value);
   };
   for (const RecordingScores& recording : evaluation.recordings) {
-    const std::string name = csv_field(recording.name);
+    const std::string name = io::csv_field(recording.name);
     for (const PointScore& point : recording.points) {
       fmt::format_to(std::back_inserter(text), "{},{},{},{}", name, point.sequence, point.step, point.t_s);
       for (const Vec3<double>* value : {&point.mean, &point.sd, &point.truth}) {

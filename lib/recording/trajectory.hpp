@@ -78,9 +78,10 @@ inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 /// present channels have the same length; an empty vector is an absent channel. Time increases strictly, the
 /// heading is unwrapped.
 struct Trajectory {
-  std::string name;                          ///< file name without folder and extension
-  std::string file;                          ///< as the user named it, for messages
-  std::vector<std::string> ignored_columns;  ///< columns of the file that no tool knows
+  std::string name;                                     ///< file name without folder and extension
+  std::string file;                                     ///< as the user named it, for messages
+  std::vector<std::string> ignored_columns;             ///< columns of the file that no tool knows
+  std::vector<std::vector<std::string>> ignored_texts;  ///< what stands in them; empty unless the reader was to keep it
   std::array<std::vector<double>, kChannelCount> columns;
 
   std::vector<double>& operator[](Channel channel) { return columns[static_cast<std::size_t>(channel)]; }

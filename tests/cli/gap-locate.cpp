@@ -42,7 +42,7 @@ TEST_CASE("gap-locate: wrong input is refused with its reason and nothing is wri
   const test::TemporaryFolder folder;
   REQUIRE(run(folder,
               "mmg-sim zigzag --ship esso-osaka-3m --duration-s 60 --quiet -o a.csv && cp a.csv b.csv && "
-              "head -9 a.csv > short.csv && cut -d, -f1-4 a.csv > bare.csv")
+              "head -9 a.csv > short.csv && cut -d, -f1-4 a.csv > bare.csv && mkdir other && cp a.csv other/")
               .exit_code == 0);
   const auto check = [&](const std::string& arguments, int exit_code, const std::string& words) {
     const auto outcome = run(folder, "gap-locate " + arguments + " -o out");
@@ -53,6 +53,9 @@ TEST_CASE("gap-locate: wrong input is refused with its reason and nothing is wri
     CHECK_FALSE(std::filesystem::exists(folder / "out"));
   };
   check("--ship esso-osaka-3m a.csv b.csv", 3, "holds the same as a.csv");
+  check("--ship esso-osaka-3m a.csv other/a.csv", 2, "other/a.csv: has the same name as a.csv");
+  check("--ship esso-osaka-3m a.csv a.csv", 2, "has the same name");
+  check("--ship esso-osaka-3m a.csv --seed -1", 2, "--seed");
   check("--ship esso-osaka-3m short.csv", 3, "no recording is long enough");
   check("--ship esso-osaka-3m bare.csv", 3, "no column 'delta_deg'");
   check("--ship vectwin-3m a.csv", 3, "no column 'delta_p_deg'");

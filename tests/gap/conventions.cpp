@@ -142,6 +142,20 @@ TEST_CASE("conventions: readings of rudders, propeller and wind are found by the
   for (const Wrong& wrong : all) check_found(wrong_ship, right, wrong);
 }
 
+TEST_CASE("conventions: one recording among others is named, and it alone is read anew", "[gap][conventions]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  std::vector<Trajectory> recordings = recorded({.ship = "esso-osaka-3m", .seed = 11, .recordings = 4}, ship);
+  CHECK(contradicted_in_one(ship, recordings, check_conventions(ship, recordings), 1).empty());
+  scale(recordings[1], kRudders, -1.0);
+  const std::vector<Reading> found = contradicted_in_one(ship, recordings, check_conventions(ship, recordings), 2);
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].channel == "delta");
+  CHECK(found[0].name == "port-positive");
+  CHECK(found[0].recording == recordings[1].name);
+  CHECK(reread(recordings[0], found)[Channel::delta] == recordings[0][Channel::delta]);
+  CHECK(reread(recordings[1], found)[Channel::delta] != recordings[1][Channel::delta]);
+}
+
 TEST_CASE("conventions: one rudder of two, and a thruster, can be the one that is reversed", "[gap][conventions]") {
   const Ship truth = read_ship("vectwin-3m"), wrong_ship = perturbed_ship("vectwin-3m", 0.1, 5);
   const std::vector<Trajectory> right = recorded({.seed = 17, .recordings = 16}, truth);

@@ -1,4 +1,6 @@
 #include <catch2/catch.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/errors.hpp"
 #include "core/random.hpp"
@@ -6,6 +8,7 @@
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/observation_noise.hpp"
 #include "gap/campaign.hpp"
+#include "gap/channel_quality.hpp"
 #include "gap/detect.hpp"
 #include "gap/locate.hpp"
 
@@ -191,6 +194,77 @@ TEST_CASE("gap: recordings that cannot be used are refused with the reason", "[g
   }
   SECTION("too short") {
     CHECK_THROWS_WITH(gap::prepare(ship, zigzags(ship, 10.0), {}), Contains("no recording is long enough"));
+  }
+  SECTION("one sample") { CHECK_THROWS_WITH(gap::prepare(ship, zigzags(ship, 0.0), {}), Contains("a single sample")); }
+  SECTION("wind without heading") {
+    recordings[0][Channel::wind_speed].assign(recordings[0].size(), 1.0);
+    recordings[0][Channel::wind_dir].assign(recordings[0].size(), 0.5);
+    recordings[0][Channel::psi].clear();
+    CHECK_THROWS_WITH(gap::prepare(ship, recordings, {}), Contains("no column 'psi_deg'"));
+  }
+}
+
+TEST_CASE("gap: a recording that says nothing is left out with the reason, holes are told", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  std::vector<Trajectory> recordings = zigzags(ship, 120.0);
+  REQUIRE(recordings.size() > 1);
+  Trajectory& first = recordings[0];
+  const std::size_t n = first.size();
+  const auto notices = [&] { return fmt::format("{}", fmt::join(gap::prepare(ship, recordings, {}).notices, "\n")); };
+  CHECK_THAT(notices(), !Contains("left out") && !Contains("hole"));
+  SECTION("a ship at rest") {
+    for (const Channel channel : gap::kMeasured) first[channel].assign(n, 0.0);
+    CHECK_THAT(notices(), Contains("no measured channel ever changes"));
+  }
+  SECTION("an actuator without values") {
+    first[Channel::delta].assign(n, kMissing);
+    CHECK_THAT(notices(), Contains("'delta_deg' has no value at all"));
+  }
+  SECTION("a hole") {
+    for (const Channel channel : gap::kMeasured) std::fill_n(first[channel].begin() + 40, 10, kMissing);
+    CHECK_THAT(notices(), Contains("1 hole without any measurement"));
+  }
+  SECTION("wind in one of them") {
+    first[Channel::wind_speed].assign(n, 1.0);
+    first[Channel::wind_dir].assign(n, 0.5);
+    CHECK_THAT(notices(), Contains("recordings have no wind columns while the others have"));
+  }
+}
+
+TEST_CASE("gap: frozen channels and actuators are seen, steady ones are not suspected", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  Trajectory recording = zigzags(ship, 200.0).front();
+  const std::size_t n = recording.size();
+  const auto missing = [](const std::vector<double>& x) {
+    return std::count_if(x.begin(), x.end(), [](double v) { return std::isnan(v); });
+  };
+  const auto measured_rudder = [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = 0; k < n; ++k) {
+      recording[Channel::delta][k] += 1e-3 * std::sin(static_cast<double>(k * k));
+      if (k > from && k < to) recording[Channel::delta][k] = recording[Channel::delta][from];
+    }
+  };
+  CHECK(gap::suspect_actuators(recording).empty());
+  SECTION("a rudder that is measured") {
+    measured_rudder(0, 0);
+    CHECK(gap::suspect_actuators(recording).empty());
+  }
+  SECTION("the same, frozen for a while") {
+    measured_rudder(100, 150);
+    REQUIRE(gap::suspect_actuators(recording).size() == 1);
+    CHECK_THAT(gap::suspect_actuators(recording).front(), Contains("'delta_deg' keeps one value from 100 to 149 s"));
+  }
+  SECTION("sway frozen throughout") {
+    recording[Channel::vm].assign(n, 0.01);
+    const Trajectory rest = gap::without_frozen(recording);
+    CHECK(missing(rest[Channel::vm]) == static_cast<std::ptrdiff_t>(n) - 1);
+    CHECK(missing(rest[Channel::u]) == 0);
+  }
+  SECTION("a steady turn is none") {
+    for (const auto& [channel, value] : {std::pair{Channel::u, 0.4}, {Channel::vm, -0.05}, {Channel::r, 0.03}})
+      recording[channel].assign(n, value);
+    const Trajectory rest = gap::without_frozen(recording);
+    for (const Channel channel : {Channel::u, Channel::vm, Channel::r}) CHECK(missing(rest[channel]) == 0);
   }
 }
 

@@ -68,9 +68,9 @@ TEST_CASE("trajectory: what is written comes back, to the bit where no unit chan
 TEST_CASE("trajectory: radians and knots are converted once, columns may stand in any order", "[io][trajectory]") {
   const test::TemporaryFolder folder;
   const Trajectory t = read_text(folder,
-                                 "r_radps,psi_rad,wind_speed_kn,u_kn,vm_mps,t_s,delta_deg,weather\n"
-                                 "0.1,2.5,10,3,-0.2,7,30,fine\n"
-                                 "0.2,-2.5,10,3,-0.2,8,-30,\n");
+                                 "r_radps,psi_rad,wind_speed_kn,u_kn,vm_mps,t_s,delta_deg,weather,wind_dir_deg\n"
+                                 "0.1,2.5,10,3,-0.2,7,30,fine,90\n"
+                                 "0.2,-2.5,10,3,-0.2,8,-30,,90\n");
   CHECK(t[Channel::r] == std::vector<double>{0.1, 0.2});
   CHECK_THAT(t[Channel::u][0], WithinRel(3.0 * 1852.0 / 3600.0, 1e-15));
   CHECK_THAT(t[Channel::wind_speed][1], WithinRel(10.0 * 1852.0 / 3600.0, 1e-15));
@@ -99,6 +99,8 @@ TEST_CASE("trajectory: what is wrong in a file is named with line, column and un
   };
   refused(header, "rec.csv:2: no data row below the header");
   refused("t_s,u_mps,r_degps\n0,0,0\n", "rec.csv:1: no column 'vm_mps'; found t_s, u_mps, r_degps");
+  refused("t_s,u_mps,vm_mps,r_degps,wind_speed_mps\n", "column 'wind_speed_mps' without 'wind_dir_deg'");
+  refused("t_s,u_mps,vm_mps,r_degps,app_wind_dir_deg\n", "column 'app_wind_dir_deg' without 'app_wind_speed_mps'");
   refused("t_s,u_mps,vm_mps,r_degps,u_kn\n", "column 'u_kn': holds the same quantity as column 'u_mps'");
   refused(header + "0,1,0,0\n1,nan,0,0\n", "rec.csv:3: column 'u_mps': expected a finite number [m/s], got 'nan'");
   refused(header + "0,1,0,zero\n", "rec.csv:2: column 'r_degps': expected a finite number [deg/s], got 'zero'");
@@ -106,6 +108,21 @@ TEST_CASE("trajectory: what is wrong in a file is named with line, column and un
   refused(header + "0,1,0\n", "rec.csv:2: expected 4 fields, found 3");
   refused(header + "0,1,0,0,0\n", "rec.csv:2: expected 4 fields, found 5");
   refused(header + "0,1,0,0\n2,1,0,0\n2,1,0,0\n", "rec.csv:4: column 't_s': time must increase, but 2 s follows 2 s");
+}
+
+TEST_CASE("trajectory: a copy keeps the columns that no tool knows, as they stand", "[io][trajectory]") {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.write("rec.csv",
+                                        "note,t_s,u_mps,vm_mps,r_degps,\"sea, state\"\n"
+                                        "\"turn, then stop\",0,1,0,0,007\n"
+                                        ",,,,,\n"
+                                        ",1,1,0,0,\"a \"\"b\"\"\"\n");
+  const Trajectory kept = io::read_trajectory(file, nullptr, true);
+  CHECK(io::trajectory_text(kept) ==
+        "t_s,u_mps,vm_mps,r_degps,note,\"sea, state\"\n"
+        "0,1,0,0,\"turn, then stop\",007\n"
+        "1,1,0,0,,\"a \"\"b\"\"\"\n");
+  CHECK(io::read_trajectory(file).ignored_texts.empty());
 }
 
 TEST_CASE("trajectory: a columns map reads a foreign recording", "[io][columns]") {

@@ -685,7 +685,8 @@
   const effects = detection.effects, shifts = Object.entries(fit.parameters);
   if (effects.length > 0) {
     const part = section(
-        'Known effects that would fit',
+        effects.some((effect) => effect.heldout_gain > 0) ? 'Known effects that would fit' :
+                                                            'Known effects: none fits better',
         'Each effect of the catalogue alone, by the log-likelihood that it gains' +
             ' on recordings that it was not fitted to (bar: one standard error). A first look, not a name:' +
             ' gap-explain lets them compete.');
@@ -716,10 +717,14 @@
             effects)
             .node));
   }
+  if (detection.untested.length > 0)
+    page.append(folded('Effects that these recordings cannot show', list(detection.untested)));
   if (shifts.length > 0) {
     const sorted = shifts.filter(([, p]) => known(p.shift_in_prior_sd))
                        .sort(([, a], [, b]) => Math.abs(b.shift_in_prior_sd) - Math.abs(a.shift_in_prior_sd));
-    const far = sorted.filter(([, p]) => Math.abs(p.shift_in_prior_sd) > 2).length;
+    // Far from the stated value, and not because nothing holds it there.
+    const isFar = (p) => Math.abs(p.shift_in_prior_sd) > 2 && Math.abs(Math.log(p.factor)) > 2 * p.factor_sd / p.factor;
+    const far = sorted.filter(([, p]) => isFar(p)).length;
     const part = section(
         'How far the ship\'s parameters had to move',
         far > 0 ? `${far} of ${sorted.length} moved by more than two standard deviations of their stated uncertainty:` +
@@ -731,7 +736,7 @@
           sorted.slice(0, 24).map(([name, p]) => ({
                                     label: name,
                                     value: p.shift_in_prior_sd,
-                                    color: Math.abs(p.shift_in_prior_sd) > 2 ? COLOR.yaw : '#8fa6b8',
+                                    color: isFar(p) ? COLOR.yaw : '#8fa6b8',
                                     tip: `${fixed(p.shift_in_prior_sd)} sd: factor ${withSd(p.factor, p.factor_sd)}`
                                   })),
           {axis: 'shift in standard deviations of the stated uncertainty', markValues: [-2, 2], min: -3, max: 3});
