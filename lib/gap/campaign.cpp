@@ -109,6 +109,7 @@ StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, doubl
 Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options) {
   Campaign campaign;
   campaign.ship = ship;
+  const double delay_s = Effects<double>(ship).rudder_delay_s();  // that the simulator itself knows
   const double time_unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
   const double gap_s = options.gap_s > 0.0 ? options.gap_s : 30.0 * campaign.time_scale();
 
@@ -201,9 +202,9 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
         std::vector<StepInputs<double>>& late = stretch.late_inputs.emplace_back();
         for (std::size_t i = 0; i < substeps; ++i) {
           const double from_s = stretch.t_s[k] + static_cast<double>(i) * h;
-          step.push_back(averaged_step(inputs, from_s, h));
+          step.push_back(averaged_step(inputs, from_s, h, delay_s));
           late.push_back(step.back());
-          const StepInputs<double> before = averaged_step(inputs, from_s - kTimingShare * sample_s, h);
+          const StepInputs<double> before = averaged_step(inputs, from_s - kTimingShare * sample_s, h, delay_s);
           late.back().start.actuators = before.start.actuators;
           late.back().middle.actuators = before.middle.actuators;
           late.back().end.actuators = before.end.actuators;

@@ -68,7 +68,7 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
       try {
         Effects<double> effects(campaign.ship);
         effects.add(make_effect<double>(type, values, campaign.ship));
-        const double delay_s = effects.rudder_delay_s() - null_.effects.rudder_delay_s();
+        const double delay_s = effects.rudder_delay_s();
         Variant variant{Model<double>(campaign.ship, effects), delay_s};
         apply_uncertainty(variant.model, fit.theta);
         variants_.push_back(std::move(variant));
@@ -99,7 +99,7 @@ MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std
     for (const std::size_t e : entries)
       for (Eigen::Index i = 0; i < entries_[e].count; ++i, ++column) {
         const Variant& variant = variants_[static_cast<std::size_t>(entries_[e].first + i)];
-        if (variant.rudder_delay_s > 0.0) {
+        if (variant.rudder_delay_s != null_.effects.rudder_delay_s()) {
           std::vector<StepInputs<double>> delayed = inputs;
           for (std::size_t s = 0; s < delayed.size(); ++s)
             delayed[s] =

@@ -59,18 +59,23 @@ Noise first_noise(const Campaign& campaign) {
   return noise;
 }
 
-// A LevelProblem as Ceres sees it: the free levels alone.
+// A LevelProblem as Ceres sees it: steps of the free levels from `at`, in units in which the curvature is about 1,
+// since BFGS begins with the unit matrix.
 class LevelCost final : public ceres::FirstOrderFunction {
  public:
-  LevelCost(const LevelProblem& problem, const Levels& at) : problem_(problem), at_(at) {}
+  LevelCost(const LevelProblem& problem, const Levels& at, const Levels& unit)
+      : problem_(problem), at_(at), unit_(unit) {}
 
   int NumParameters() const override { return static_cast<int>(problem_.free.size()); }
 
   Levels levels(const double* parameters) const {
     Levels h = at_;
-    for (std::size_t i = 0; i < problem_.free.size(); ++i) h[problem_.free[i]] = parameters[i];
+    for (std::size_t i = 0; i < problem_.free.size(); ++i)
+      h[problem_.free[i]] += unit_[problem_.free[i]] * parameters[i];
     return h;
   }
+  /// The units that the curvature at the last point suggests.
+  const Levels& next_unit() const { return next_unit_; }
 
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
     const Levels h = levels(parameters);
@@ -82,14 +87,19 @@ class LevelCost final : public ceres::FirstOrderFunction {
     const std::vector<double> costs = problem_.costs(points);
     *cost = costs[0];
     if (gradient != nullptr)
-      for (std::size_t i = 0; i < problem_.free.size(); ++i)
-        gradient[i] = (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
+      for (std::size_t i = 0; i < problem_.free.size(); ++i) {
+        const int level = problem_.free[i];
+        gradient[i] = unit_[level] * (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
+        const double curvature = (costs[1 + 2 * i] + costs[2 + 2 * i] - 2.0 * costs[0]) / (kDifference * kDifference);
+        next_unit_[level] = 1.0 / std::sqrt(std::clamp(curvature, 1.0, 1e6));
+      }
     return std::isfinite(*cost);
   }
 
  private:
   const LevelProblem& problem_;
-  const Levels at_;
+  const Levels at_, unit_;
+  mutable Levels next_unit_ = Levels::Ones();
 };
 
 Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
@@ -195,7 +205,7 @@ class Climb {
       // Noise levels, once the path has been smoothed for the first time.
       if ((!judges || iteration > 0) && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
         const Levels before = levels_of(fit_.noise);
-        fit_.noise = noise_of(levels().minimize(before, iteration < 3 ? 5 : 10), fit_.noise);
+        fit_.noise = noise_of(levels().minimize(before, iteration < 3 ? 5 : 10, fit_.level_unit), fit_.noise);
         noise_moved = (levels_of(fit_.noise) - before).cwiseAbs().maxCoeff();
         fit_.total = levels().total(fit_.noise);
       }
@@ -330,27 +340,27 @@ Evidence LevelProblem::total(const Noise& noise) const {
   return sum;
 }
 
-Levels LevelProblem::minimize(const Levels& start, int most_iterations) const {
-  std::vector<double> x;
-  for (const int i : free) x.push_back(start[i]);
-  LevelCost* const cost = new LevelCost(*this, start);
+Levels LevelProblem::minimize(const Levels& start, int most_iterations, Levels& unit) const {
+  std::vector<double> x(free.size(), 0.0);
+  LevelCost* const cost = new LevelCost(*this, start, unit);
   const ceres::GradientProblem problem(cost);  // takes the cost
   ceres::GradientProblemSolver::Options solver;
   solver.line_search_direction_type = ceres::BFGS;
   solver.max_num_iterations = most_iterations;
-  solver.gradient_tolerance = 0.1;  // nats by ln level: far below a standard error, where the slope is 1 and more
+  solver.gradient_tolerance = 0.05;  // standard errors from the best level
   solver.function_tolerance = 1e-9;
   solver.logging_type = ceres::SILENT;
   ceres::GradientProblemSolver::Summary summary;
   ceres::Solve(solver, problem, x.data(), &summary);
+  unit = cost->next_unit();
   return cost->levels(x.data());
 }
 
 double LevelProblem::gradient(const Levels& at) const {
-  std::vector<double> x, slope(free.size());
-  for (const int i : free) x.push_back(at[i]);
+  const std::vector<double> x(free.size(), 0.0);
+  std::vector<double> slope(free.size());
   double value = 0.0;
-  LevelCost(*this, at).Evaluate(x.data(), &value, slope.data());
+  LevelCost(*this, at, Levels::Ones()).Evaluate(x.data(), &value, slope.data());
   double largest = 0.0;
   for (std::size_t i = 0; i < free.size(); ++i) {
     const double level = std::exp(at[free[i]]);

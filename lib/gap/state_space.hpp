@@ -118,7 +118,8 @@ class Filter {
       innovation(i, e * per_root, row_, S);
       const StateVector K = covariance.col(i) / S;
       mean += K * e;
-      columns.noalias() -= (K / per_root) * row_;
+      const StateVector gain = K / per_root;
+      columns.noalias() -= gain * row_;
       covariance.noalias() -= K * (K * S).transpose();
     }
   }

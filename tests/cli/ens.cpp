@@ -40,14 +40,14 @@ Outcome done(const TemporaryFolder& folder, const std::string& command) {
 }
 
 // Recordings of a ship in data/, and tiny.json to train on them.
-void prepare(const TemporaryFolder& folder) {
+void write_ensemble_inputs(const TemporaryFolder& folder) {
   folder.write("spec.json", kSpec);
   folder.write("tiny.json", config(6));
   done(folder, "mmg-sim dataset spec.json -o data --quiet");
 }
 
 void prepare_model(const TemporaryFolder& folder) {
-  prepare(folder);
+  write_ensemble_inputs(folder);
   done(folder, kTrain + "tiny.json -o model");
 }
 
@@ -105,7 +105,7 @@ void replace(const std::string& file, const std::string& what, const std::string
 
 TEST_CASE("ens: a recording from a pipe has no hash rather than a wrong one", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   done(folder, "cat data/train/*.csv | head -45 | ens-train - --quiet --members 1 --config tiny.json -o model");
   const io::Json header = io::read_json(folder / "model/ensemble.json");
   CHECK(header["training"]["files"][0]["sha256"] == "");
@@ -139,7 +139,7 @@ TEST_CASE("ens: from maneuvers to scores, through a folder and through a pipe", 
 
 TEST_CASE("ens-train: the same bytes with one thread or two, and member by member", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   done(folder, kTrain + "tiny.json -o one --jobs 1");
   done(folder, kTrain + "tiny.json -o two --jobs 2");
   for (const int member : {2, 0, 3, 1}) done(folder, kTrain + fmt::format("tiny.json -o single --member {}", member));
@@ -160,7 +160,7 @@ TEST_CASE("ens-train: the same bytes with one thread or two, and member by membe
 
 TEST_CASE("ens-train: killed at any moment, it goes on to the same bytes", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   folder.write("long.json", config(60, R"(, "learning_rate_schedule": "cosine")"));
   const std::string train = kTrain + "long.json --checkpoint-s 0 --jobs 2 -o ";
   done(folder, train + "undisturbed");
@@ -187,7 +187,7 @@ TEST_CASE("ens-train: killed at any moment, it goes on to the same bytes", "[cli
 
 TEST_CASE("ens-train: a checkpoint of any epoch goes on to the same bytes", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   done(folder, kTrain + "tiny.json --members 1 -o whole");
   // The kill comes as soon as there is a checkpoint: training has begun and not ended.
   const Outcome killed = run(folder, kTrain +
@@ -226,7 +226,7 @@ TEST_CASE("ens-train: files of another training are refused", "[cli][ens]") {
 
 TEST_CASE("ens-train: data that cannot train anything end with 3", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   const std::string header = "t_s,u_mps,vm_mps,r_degps,psi_deg,delta_deg\n";
   const auto refused = [&](const std::string& rows, const std::string& message) {
     folder.write("rec.csv", header + rows);
@@ -252,7 +252,7 @@ TEST_CASE("ens-train: data that cannot train anything end with 3", "[cli][ens]")
 
 TEST_CASE("ens-train: a loss that diverges ends with 1 and leaves no member", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   replace(folder / "tiny.json", "1e-3", "1e37");
   check_refused(folder, kTrain + "tiny.json -o model --jobs 2", 1,
                 "the loss is no finite number in epoch 1: training diverged. Lower learning_rate (now 1e+37)");
@@ -261,7 +261,7 @@ TEST_CASE("ens-train: a loss that diverges ends with 1 and leaves no member", "[
 
 TEST_CASE("ens-train: a config that is wrong ends with 3 and points to the place", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   const auto refused = [&](const std::string& keys, const std::string& message) {
     folder.write("wrong.json", keys);
     check_refused(folder, kTrain + "wrong.json -o model", 3, "wrong.json: " + message);
@@ -282,7 +282,7 @@ TEST_CASE("ens-train: a config that is wrong ends with 3 and points to the place
 
 TEST_CASE("ens-train: a wrong command line ends with 2, a folder that cannot be written with 4", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   check_refused(folder, "ens-train data/dataset.json", 2, "--output is required");
   check_refused(folder, kTrain + "tiny.json -o -", 2, "--output: a model directory cannot be '-'");
   check_refused(folder, kTrain + "tiny.json -o model --member 4", 2, "--member 4: expected 0 to 3, one of the 4");
@@ -298,7 +298,7 @@ TEST_CASE("ens-train: a wrong command line ends with 2, a folder that cannot be 
 
 TEST_CASE("ens-train: a dataset without its set named gets a warning, since it may hold the tests", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   CHECK_THAT(done(folder, "ens-train data/dataset.json --config tiny.json --epochs 1 --members 1 -o model").err,
              Contains("warning: data/dataset.json: trains on all its sets (test, train); data/dataset.json#SET names"));
   CHECK(done(folder, "ens-train 'data/dataset.json#train' --config tiny.json --epochs 1 --members 1 -o model")
@@ -365,7 +365,7 @@ TEST_CASE("ens-predict: the fitted rollout has one particle for each member and 
 
 TEST_CASE("ens-predict: the baseline holds the initial velocity", "[cli][ens]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_ensemble_inputs(folder);
   const auto rows = rows_of(done(folder, "ens-predict --baseline hold data/test/test-t20.csv --steps 20 --quiet").out);
   REQUIRE(rows.size() == 1 + 2 * 20);
   for (const char* name : {"u_mps", "vm_mps", "r_degps", "particle", "member"}) {

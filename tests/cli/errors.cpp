@@ -56,7 +56,7 @@ struct Case {
   std::string message;  ///< from the file's name on
 };
 
-void prepare(const TemporaryFolder& folder) {
+void write_valid_inputs(const TemporaryFolder& folder) {
   folder.write("good/rec.csv", kTruth);
   folder.write("good-prediction.csv", kPrediction);
 }
@@ -75,7 +75,7 @@ void check_all(const std::vector<Reader>& readers, const std::string& file, cons
     for (const Case& c : cases) {
       CAPTURE(reader.command, c.name);
       const TemporaryFolder folder;
-      prepare(folder);
+      write_valid_inputs(folder);
       folder.write(file, c.contents);
       const std::string before = folder.listing();
       const Outcome outcome = run(folder, reader.command);
@@ -158,7 +158,7 @@ TEST_CASE("errors: CRLF, a byte-order mark and a last line without its end are a
                                  "# by hand\nt_s,u_mps,vm_mps,r_degps\n0,1,0,0\n\n1,1,0,0"})
     for (const Reader& reader : kTrajectoryReaders) {
       const TemporaryFolder folder;
-      prepare(folder);
+      write_valid_inputs(folder);
       folder.write("rec.csv", text);
       const Outcome outcome = run(folder, reader.command);
       CHECK(outcome.exit_code == 0);
@@ -172,7 +172,7 @@ TEST_CASE("errors: a file that cannot be read ends with 4", "[cli][errors]") {
       if (reader.command.find('<') != std::string::npos) continue;  // the shell's own error
       CAPTURE(reader.command);
       const TemporaryFolder folder;
-      prepare(folder);
+      write_valid_inputs(folder);
       check_refused(run(folder, reader.command), reader.program, 4, file + ": cannot be opened: No such file");
     }
   };
@@ -182,7 +182,7 @@ TEST_CASE("errors: a file that cannot be read ends with 4", "[cli][errors]") {
   check_unreadable(kDatasetReaders, "dataset.json");
   for (const Reader& reader : kTrajectoryReaders) {
     const TemporaryFolder folder;
-    prepare(folder);
+    write_valid_inputs(folder);
     std::filesystem::create_directory(folder / "rec.csv");
     check_refused(run(folder, reader.command), reader.program, 4, "rec.csv: cannot be read: Is a directory");
   }
@@ -192,7 +192,7 @@ TEST_CASE("errors: an output that cannot be written ends with 4 and leaves nothi
   for (const Reader& writer : kWriters) {
     CAPTURE(writer.command);
     const TemporaryFolder folder;
-    prepare(folder);
+    write_valid_inputs(folder);
     const std::string before = folder.listing();
     check_refused(run(folder, writer.command + "no/such/folder.txt"), writer.program, 4,
                   "no/such/folder.txt: cannot be written: No such file or directory");
@@ -209,7 +209,7 @@ TEST_CASE("errors: a full disk ends with 4", "[cli][errors]") {
   for (const Reader& writer : kWriters) {
     CAPTURE(writer.command);
     const TemporaryFolder folder;
-    prepare(folder);
+    write_valid_inputs(folder);
     const std::string before = folder.listing();
     check_refused(run(folder, writer.command + "/dev/full"), writer.program, 4,
                   "/dev/full: cannot be written: No space left on device");
@@ -222,7 +222,7 @@ TEST_CASE("errors: a full disk ends with 4", "[cli][errors]") {
 
 TEST_CASE("errors: a reader that goes away ends a tool quietly", "[cli][errors]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_valid_inputs(folder);
   // More than a pipe holds: 20,000 steps.
   std::string truth = "t_s,u_mps,vm_mps,r_degps\n", prediction = kPrediction.substr(0, kPrediction.find('\n') + 1);
   for (int k = 0; k < 20'000; ++k) {
@@ -242,7 +242,7 @@ TEST_CASE("errors: a reader that goes away ends a tool quietly", "[cli][errors]"
 
 TEST_CASE("errors: a wrong command line ends with 2", "[cli][errors]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_valid_inputs(folder);
   const auto refused = [&](const std::string& command, const std::string& message) {
     CAPTURE(command);
     check_refused(run(folder, command), "eval-metrics", 2, message);
@@ -260,7 +260,7 @@ TEST_CASE("errors: a wrong command line ends with 2", "[cli][errors]") {
 TEST_CASE("errors: a dataset without the set asked for, a recording without truth, two truths of a name",
           "[cli][errors]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_valid_inputs(folder);
   folder.write("again/rec.csv", kTruth);
   folder.write("other.csv", kTruth);
   folder.write("dataset.json", R"({"sets": [{"name": "test", "recordings": [{"file": "good/rec.csv"}]}]})");

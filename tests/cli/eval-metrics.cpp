@@ -13,7 +13,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-void prepare(const TemporaryFolder& folder) {
+void write_scored_inputs(const TemporaryFolder& folder) {
   std::string truth = "t_s,u_mps,vm_mps,r_degps,x0_m,y0_m,rope\n";
   std::string prediction = "recording,sequence,step,t_s,particle,member,x0_m,y0_m,psi_deg,u_mps,vm_mps,r_degps\n";
   for (int k = 0; k < 10; ++k) {
@@ -30,7 +30,7 @@ void prepare(const TemporaryFolder& folder) {
 
 TEST_CASE("eval-metrics: a folder, a file and a pipe give the same figures", "[cli][eval-metrics]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_scored_inputs(folder);
   const auto figures = [&](const std::string& command) {
     const Outcome outcome = run(folder, command);
     REQUIRE(outcome.exit_code == 0);
@@ -51,7 +51,7 @@ TEST_CASE("eval-metrics: a folder, a file and a pipe give the same figures", "[c
 
 TEST_CASE("eval-metrics: equal inputs give equal bytes, and files hold what the pipe does", "[cli][eval-metrics]") {
   const TemporaryFolder folder;
-  prepare(folder);
+  write_scored_inputs(folder);
   const Outcome one = run(folder, "eval-metrics pred --truth test/run.csv --jobs 1");
   const Outcome two = run(folder, "eval-metrics pred --truth test/run.csv --jobs 3 --quiet -o m.json --per-step s.csv");
   CHECK(two.exit_code == 0);
