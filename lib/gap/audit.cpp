@@ -563,10 +563,10 @@ std::string sentence_of(std::size_t member, const std::vector<Estimate>& e) {
           std::abs(e[0].value), e[0].sd, signed_side(e[0].value, "ahead", "astern"), std::abs(e[1].value), e[1].sd,
           signed_side(e[1].value, "starboard", "port"));
     case log_scale:
-      return fmt::format("{} by {:.1f} % (sd {:.1f}) too {}", moved > 1 ? "u and v_m are" : "u is",
+      return fmt::format("{} {:.1f} % (sd {:.1f}) too {}", moved > 1 ? "u and v_m are" : "u is",
                          100.0 * std::abs(e[0].value), 100.0 * e[0].sd, signed_side(e[0].value, "high", "low"));
     case sway_log_scale:
-      return fmt::format("v_m is by {:.1f} % (sd {:.1f}) too {}", 100.0 * std::abs(e[0].value), 100.0 * e[0].sd,
+      return fmt::format("v_m is {:.1f} % (sd {:.1f}) too {}", 100.0 * std::abs(e[0].value), 100.0 * e[0].sd,
                          signed_side(e[0].value, "high", "low"));
     case log_bias_u:
     case log_bias_v:
@@ -592,7 +592,7 @@ std::string sentence_of(std::size_t member, const std::vector<Estimate>& e) {
       return fmt::format("r is {:.4f} deg/s (sd {:.4f}) too {}", std::abs(e[0].value), e[0].sd,
                          signed_side(e[0].value, "high", "low"));
     case rate_scale:
-      return fmt::format("r is by {:.1f} % (sd {:.1f}) too {}", 100.0 * std::abs(e[0].value), 100.0 * e[0].sd,
+      return fmt::format("r is {:.1f} % (sd {:.1f}) too {}", 100.0 * std::abs(e[0].value), 100.0 * e[0].sd,
                          signed_side(e[0].value, "high", "low"));
     case velocity_filter:
     case rate_filter:

@@ -689,6 +689,13 @@ void bin(Regime& regime, const Campaign& campaign, const FittedNull& fit, const 
   }
 }
 
+// " m/s" of "u [m/s]"; nothing for a ratio.
+std::string unit_in(const std::string& label) {
+  const std::size_t open = label.find('[');
+  if (open == std::string::npos || label.substr(open) == "[-]") return "";
+  return " " + label.substr(open + 1, label.size() - open - 2);
+}
+
 std::vector<Regime> regimes_of(const Campaign& campaign, const FittedNull& fit,
                                const std::vector<Eigen::Matrix3Xd>& residual, const LocateOptions& options) {
   const std::vector<Variable> variables = variables_of(campaign);
@@ -766,10 +773,9 @@ std::vector<Regime> regimes_of(const Campaign& campaign, const FittedNull& fit,
                                     score.beta[0] > 0.0 ? "grows" : "falls", variable.words, percent);
     } else {
       regime.relation = "quadratic";
-      regime.sentence = fmt::format("{} residual is {} away from {} {:.2g} {}, {:.0f} % of its variance", axis_name,
-                                    score.beta[1] > 0.0 ? "larger" : "smaller", variable.words,
-                                    mean[test.variable] * variable.per_unit,
-                                    variable.label.substr(variable.label.find('[')), percent);
+      regime.sentence = fmt::format("{} residual is {} where the {} is far from {:.2g}{}, {:.0f} % of its variance",
+                                    axis_name, score.beta[1] > 0.0 ? "larger" : "smaller", variable.words,
+                                    mean[test.variable] * variable.per_unit, unit_in(variable.label), percent);
     }
     regimes.push_back(std::move(regime));
   }

@@ -431,7 +431,9 @@
             },
           },
         });
-        trackBox.append(legend([COLOR.grey, 'track'], [COLOR.located, 'located'], [COLOR.surge, 'start']));
+        trackBox.append(legend(
+            [COLOR.grey, 'track'], ...(located.intervals.length > 0 ? [[COLOR.located, 'located']] : []),
+            [COLOR.surge, 'start']));
       }
     }
 
