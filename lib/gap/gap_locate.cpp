@@ -82,27 +82,34 @@ void judge(Findings& findings, double scan_p_value) {
   d.reason += '.';
 }
 
-// Whether this looks like another ship: sensors that were left wrong, or an effect of the catalogue that predicts what
-// was held out, explain it better.
-bool is_grossly_inconsistent(const Findings& findings) {
-  const NullFit& fit = findings.fit;
-  if (!findings.corrected && (!findings.audit.faults.empty() || !findings.conventions.contradicted.empty()))
-    return false;
-  std::ptrdiff_t far = 0;
-  for (const ParameterShift& shift : fit.parameters) far += std::abs(shift.shift_sd) > 4.0 ? 1 : 0;
+bool errs_grossly(const NullFit& fit) {
+  const auto far = std::count_if(fit.parameters.begin(), fit.parameters.end(), [](const ParameterShift& shift) {
+    return std::abs(shift.shift_sd) > kFarParameter_sd;
+  });
   const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
   return far >= 4 || (far >= 2 && share > 0.5);
+}
+
+// Whether this looks like another ship: parameters far off that neither repaired sensors nor the best effect of the
+// catalogue bring back.
+bool is_grossly_inconsistent(const Findings& findings, Campaign& campaign, const FittedNull& null, std::size_t jobs) {
+  if (!findings.corrected && (!findings.audit.faults.empty() || !findings.conventions.contradicted.empty()))
+    return false;
+  if (!errs_grossly(null.report) || findings.detection.effects.empty()) return errs_grossly(null.report);
+  const std::vector<Start> starts = starts_of(findings.detection.effects.front().name, campaign, null, jobs);
+  FitOptions options;
+  options.jobs = jobs;
+  return errs_grossly(fit_with(campaign, null, starts.front().hypothesis, starts.front().z, options).report);
 }
 
 void add_notices(Findings& findings, const Campaign& campaign, const EffectLibrary& library) {
   std::vector<std::string>& notices = findings.notices;
   const NullFit& fit = findings.fit;
-  findings.grossly_inconsistent = is_grossly_inconsistent(findings);
   if (findings.grossly_inconsistent)
     notices.push_back(fmt::format(
-        "grossly inconsistent: parameters moved by more than 4 prior sd{}; are these recordings "
-        "of the ship '{}'?",
-        findings.verdict == Verdict::mismatch ? ", or something strong is missing" : "", campaign.ship.name));
+        "grossly inconsistent: parameters moved by more than {:.0f} prior sd, and no effect of the catalogue "
+        "brings them back; are these recordings of the ship '{}'?",
+        kFarParameter_sd, campaign.ship.name));
   for (const Trajectory& recording : campaign.recordings)
     for (const std::string& sentence : suspect_actuators(recording))
       notices.push_back(recording.file + ": " + sentence);
@@ -199,6 +206,7 @@ Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const
     findings.located.line_of_action.reset();
   }
   findings.residuals = residuals(campaign, fit);
+  findings.grossly_inconsistent = is_grossly_inconsistent(findings, campaign, fit, options.jobs);
   add_notices(findings, campaign, library);
   progress(1.0, "done");
   return findings;

@@ -421,7 +421,8 @@ std::vector<WalkingGain> walking_gains(const Campaign& campaign, const FittedNul
       for (std::size_t s = 0; s < before.size(); ++s) was += before[s].sum(), is += after[s].sum();
       best.sigma_w_factor = was > 0.0 ? std::sqrt(is / was) : 1.0;
     }
-    if (best.sigma_w_factor <= 1.0) result.push_back(best);  // else it moves the error, and whitens nothing
+    // Otherwise it moves the error, and whitens nothing.
+    if (best.log_likelihood_gain > 0.0 && best.sigma_w_factor < 1.0) result.push_back(best);
   }
   std::sort(result.begin(), result.end(),
             [](const WalkingGain& a, const WalkingGain& b) { return a.log_likelihood_gain > b.log_likelihood_gain; });
