@@ -323,6 +323,15 @@ class Climb {
     }
   }
 
+  /// Takes a delay that was tried out of the campaign.
+  void restore_inputs() {
+    const double own_s = Effects<double>(campaign_.ship).rudder_delay_s();
+    if (own_s != delay_s_)
+      for (Stretch& stretch : campaign_.stretches)
+        set_inputs(stretch, campaign_.recorded_inputs[stretch.recording], campaign_.ship, own_s);
+    delay_s_ = own_s;
+  }
+
   std::vector<std::vector<StateVector>> paths;
 
  private:
@@ -576,10 +585,12 @@ FittedNull fit_with(Campaign& campaign, const FittedNull& null, const Hypothesis
   for (std::size_t s = 0; s < climb.paths.size(); ++s) climb.paths[s] = null.stretches[s].path;
   fit.report.converged = climb.to_rest(options.most_iterations, false);
   finish(campaign, climb, options.jobs, fit);
+  climb.restore_inputs();
   return fit;
 }
 
-std::vector<Start> starts_of(const std::string& effect, Campaign& campaign, const FittedNull& null, std::size_t jobs) {
+std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& null,
+                             std::size_t jobs) {
   const FreeEffect plain(effect, campaign.ship);
   std::vector<Start> starts;
   const auto add = [&](double towards_deg, const Eigen::VectorXd& z) {

@@ -53,7 +53,8 @@ struct Start {
   Eigen::VectorXd z;          ///< after the linear step
   double log_evidence = 0.0;  ///< that the step promises
 };
-std::vector<Start> starts_of(const std::string& effect, Campaign& campaign, const FittedNull& null, std::size_t jobs);
+std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& null,
+                             std::size_t jobs);
 
 /// ln p(recordings | hypothesis), by Laplace's method at the best coefficients, effects and noise levels.
 double log_evidence(const FittedNull& fit);

@@ -99,9 +99,9 @@ TEST_CASE("hypothesis: planted effects are fitted beside wrong coefficients", "[
     truth.effects.push_back({planted.effect, planted.parameters, "ship.json", "/effects/0"});
     gap::Campaign campaign =
         gap::prepare(stated, test::recorded({"esso-osaka-3m", seed, 4, 200.0, 1.0, 0.5}, truth), {});
-    const gap::FittedNull null = gap::fit_null(campaign, {2});
+    const gap::FittedNull null = gap::fit_null(campaign, {.jobs = 2});
     const std::vector<gap::Start> starts = gap::starts_of(planted.effect, campaign, null, 2);
-    const gap::FittedNull fit = gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().z, {2});
+    const gap::FittedNull fit = gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().z, {.jobs = 2});
     CHECK(fit.report.converged);
     CHECK(gap::log_evidence(fit) > gap::log_evidence(null) + 5.0);
     const gap::Coordinates z = gap::coordinates_of(fit);
@@ -122,11 +122,11 @@ TEST_CASE("hypothesis: where nothing is missing, no effect gains evidence worth 
   gap::Campaign campaign = gap::prepare(
       stated, test::recorded({"esso-osaka-3m", 3, 4, 200.0, 1.0, 0.5}, test::perturbed_ship("esso-osaka-3m", 0.1, 9)),
       {});
-  const gap::FittedNull null = gap::fit_null(campaign, {2});
+  const gap::FittedNull null = gap::fit_null(campaign, {.jobs = 2});
   for (const char* const effect : {"steady-current", "rudder-offset", "thrust-loss", "earth-force"}) {
     CAPTURE(effect);
     const std::vector<gap::Start> starts = gap::starts_of(effect, campaign, null, 2);
-    const gap::FittedNull fit = gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().z, {2});
+    const gap::FittedNull fit = gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().z, {.jobs = 2});
     CHECK(gap::log_evidence(fit) < gap::log_evidence(null) + 3.0);
   }
 }
