@@ -106,6 +106,31 @@ StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, doubl
   return step;
 }
 
+void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship, double rudder_delay_s) {
+  const double time_unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
+  stretch.inputs.clear();
+  stretch.late_inputs.clear();
+  double wind_speed = 0.0;
+  for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
+    const auto substeps = static_cast<std::size_t>(std::ceil(stretch.dt_s(k) / time_unit_s - 1e-9));
+    const double h = stretch.dt_s(k) / static_cast<double>(substeps);
+    std::vector<StepInputs<double>>& step = stretch.inputs.emplace_back();
+    std::vector<StepInputs<double>>& late = stretch.late_inputs.emplace_back();
+    for (std::size_t i = 0; i < substeps; ++i) {
+      const double from_s = stretch.t_s[k] + static_cast<double>(i) * h;
+      step.push_back(averaged_step(inputs, from_s, h, rudder_delay_s));
+      late.push_back(step.back());
+      const StepInputs<double> before =
+          averaged_step(inputs, from_s - kTimingShare * stretch.sample_s, h, rudder_delay_s);
+      late.back().start.actuators = before.start.actuators;
+      late.back().middle.actuators = before.middle.actuators;
+      late.back().end.actuators = before.end.actuators;
+    }
+    wind_speed += step.front().start.true_wind.norm();
+  }
+  stretch.wind_speed_mps = wind_speed / static_cast<double>(stretch.size() - 1);
+}
+
 Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options) {
   Campaign campaign;
   campaign.ship = ship;
@@ -194,24 +219,8 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
         stretch.measured.push_back(point.measured);
         stretch.spread_s2.push_back(point.spread_s2);
       }
-      double wind_speed = 0.0;
-      for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
-        const auto substeps = static_cast<std::size_t>(std::ceil(stretch.dt_s(k) / time_unit_s - 1e-9));
-        const double h = stretch.dt_s(k) / static_cast<double>(substeps);
-        std::vector<StepInputs<double>>& step = stretch.inputs.emplace_back();
-        std::vector<StepInputs<double>>& late = stretch.late_inputs.emplace_back();
-        for (std::size_t i = 0; i < substeps; ++i) {
-          const double from_s = stretch.t_s[k] + static_cast<double>(i) * h;
-          step.push_back(averaged_step(inputs, from_s, h, delay_s));
-          late.push_back(step.back());
-          const StepInputs<double> before = averaged_step(inputs, from_s - kTimingShare * sample_s, h, delay_s);
-          late.back().start.actuators = before.start.actuators;
-          late.back().middle.actuators = before.middle.actuators;
-          late.back().end.actuators = before.end.actuators;
-        }
-        wind_speed += step.front().start.true_wind.norm();
-      }
-      stretch.wind_speed_mps = wind_speed / static_cast<double>(stretch.size() - 1);
+      stretch.sample_s = sample_s;
+      set_inputs(stretch, inputs, ship, delay_s);
       campaign.stretches.push_back(std::move(stretch));
     }
     if (left_out_s > 0.0 || kept == 0)

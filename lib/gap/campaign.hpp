@@ -26,6 +26,7 @@ struct Stretch {
   /// samples is known.
   std::vector<std::vector<StepInputs<double>>> late_inputs;
   double wind_speed_mps = 0.0;  ///< mean of the recorded true wind; 0: no wind is recorded
+  double sample_s = 0.0;        ///< of the recording
 
   std::size_t size() const { return t_s.size(); }
   double dt_s(std::size_t k) const { return t_s[k + 1] - t_s[k]; }
@@ -52,6 +53,9 @@ struct Campaign {
 /// What acts from t_s to t_s + dt_s: the mean of the recorded inputs over the step, also where they moved in corners
 /// that three points do not show, is what Simpson's rule, and so Runge-Kutta's, makes of the result.
 StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, double dt_s, double rudder_delay_s = 0.0);
+
+/// Puts a recording's inputs on a stretch's grid, the rudders later by `rudder_delay_s`.
+void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship, double rudder_delay_s);
 
 struct CampaignOptions {
   double step_s = 0.0;  ///< of the grid; 0: 2 sqrt(L/g), at least the recordings' own

@@ -15,14 +15,17 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kOutlier = 6.0;           // sd of the innovation
-constexpr double kThetaAtRest = 0.02;      // of a prior sd
-constexpr double kNear = 0.3, kFar = 1.5;  // distance from the best parameters in their posterior sd
-constexpr double kNoiseAtRest = 0.03;      // of ln level
-constexpr double kLargestStep = 0.3;       // of theta in one iteration
-constexpr double kDifference = 0.02;       // for derivatives by ln level
-constexpr double kLeastError = 0.005;      // of the typical acceleration: steps, means and inputs are no better
-constexpr double kEventBlock_s = 10.0;     // at 3 m
+constexpr double kOutlier = 6.0;            // sd of the innovation
+constexpr double kThetaAtRest = 0.02;       // of a prior sd
+constexpr double kNear = 0.3, kFar = 1.5;   // distance from the best parameters in their posterior sd
+constexpr double kNoiseAtRest = 0.03;       // of ln level
+constexpr double kLargestStep = 0.3;        // of theta in one iteration
+constexpr double kLargestEffectStep = 1.0;  // of a coordinate
+constexpr double kLongestStart = 3.0;       // of a coordinate, by the first linear step
+constexpr double kCoordinateStep = 0.01;    // for derivatives by coordinates of effects
+constexpr double kDifference = 0.02;        // for derivatives by ln level
+constexpr double kLeastError = 0.005;       // of the typical acceleration: steps, means and inputs are no better
+constexpr double kEventBlock_s = 10.0;      // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
 constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
@@ -149,11 +152,80 @@ void find_events(FittedNull& fit, const Campaign& campaign) {
   }
 }
 
+// How steps change with the coordinates of effects: central differences of the steps, since effects may also shift
+// inputs in time.
+class EffectColumns {
+ public:
+  EffectColumns(const Campaign& campaign, const Hypothesis& hypothesis, const Eigen::VectorXd& z,
+                const Eigen::VectorXd& plain_theta)
+      : campaign_(campaign), ship_(hypothesis.applied_to(campaign.ship, z)), own_(side(ship_, plain_theta)) {
+    for (Eigen::Index j = 0; j < z.size(); ++j) {
+      const Eigen::VectorXd step = kCoordinateStep * Eigen::VectorXd::Unit(z.size(), j);
+      sides_.push_back({side(hypothesis.applied_to(campaign.ship, z + step), plain_theta),
+                        side(hypothesis.applied_to(campaign.ship, z - step), plain_theta)});
+    }
+  }
+
+  /// With the effects at z.
+  const Ship& ship() const { return ship_; }
+  double rudder_delay_s() const { return own_.rudder_delay_s; }
+
+  /// Puts them between the coefficients and the timing.
+  void add_to(LinearStretch& stretch) const {
+    const auto count = static_cast<Eigen::Index>(sides_.size());
+    for (std::size_t k = 0; k < stretch.steps.size(); ++k) {
+      Eigen::Matrix<double, kShipStates, Eigen::Dynamic>& G = stretch.steps[k].G;
+      const Eigen::Index plain = G.cols() - 1;
+      Eigen::Matrix<double, kShipStates, Eigen::Dynamic> wider(kShipStates, plain + count + 1);
+      wider.leftCols(plain) = G.leftCols(plain);
+      wider.rightCols(1) = G.rightCols(1);
+      for (Eigen::Index j = 0; j < count; ++j) {
+        const auto& [more, less] = sides_[static_cast<std::size_t>(j)];
+        wider.col(plain + j) = (step(more, stretch, k) - step(less, stretch, k)) / (2.0 * kCoordinateStep);
+      }
+      G = std::move(wider);
+    }
+  }
+
+ private:
+  struct Side {
+    Model<double> model;
+    double rudder_delay_s;
+  };
+  static Side side(const Ship& ship, const Eigen::VectorXd& plain_theta) {
+    Side result{Model<double>(ship), 0.0};
+    result.rudder_delay_s = result.model.effects.rudder_delay_s();
+    apply_uncertainty(result.model, plain_theta);
+    return result;
+  }
+  Vec6 step(const Side& side, const LinearStretch& stretch, std::size_t k) const {
+    std::vector<StepInputs<double>> inputs = stretch.data->inputs[k];
+    const double h = stretch.data->dt_s(k) / static_cast<double>(inputs.size());
+    if (side.rudder_delay_s != own_.rudder_delay_s)
+      for (std::size_t i = 0; i < inputs.size(); ++i)
+        inputs[i] = averaged_step(campaign_.recorded_inputs[stretch.data->recording],
+                                  stretch.data->t_s[k] + static_cast<double>(i) * h, h, side.rudder_delay_s);
+    return advance<double>(side.model, stretch.path[k], inputs, h);
+  }
+
+  const Campaign& campaign_;
+  const Ship ship_;
+  const Side own_;
+  std::vector<std::pair<Side, Side>> sides_;
+};
+
+// (coefficients, timing) of (coefficients, z, timing).
+Eigen::VectorXd plain_of(const Eigen::VectorXd& theta, Eigen::Index effects) {
+  Eigen::VectorXd plain(theta.size() - effects);
+  plain << theta.head(theta.size() - effects - 1), theta.tail(1);
+  return plain;
+}
+
 // The way to the best parameters and noise levels, by Gauss-Newton steps along paths that are renewed.
 class Climb {
  public:
-  Climb(Campaign& campaign, FittedNull& fit, const FitOptions& options)
-      : campaign_(campaign), fit_(fit), options_(options) {
+  Climb(Campaign& campaign, FittedNull& fit, const Hypothesis& hypothesis, const FitOptions& options)
+      : campaign_(campaign), fit_(fit), hypothesis_(hypothesis), options_(options) {
     for (const Stretch& stretch : campaign.stretches) paths.push_back(measured_path(stretch));
     fit.stretches.resize(paths.size());
     fit.smoothed.resize(paths.size());
@@ -174,10 +246,19 @@ class Climb {
   }
 
   void linearize_all() {
+    const Eigen::Index effects = fit_.effects;
+    const Eigen::VectorXd plain = plain_of(fit_.theta, effects);
+    const EffectColumns columns(campaign_, hypothesis_, fit_.theta.segment(plain.size() - 1, effects), plain);
+    const double delay_s = columns.rudder_delay_s();
     parallel_for(paths.size(), options_.jobs, [&](std::size_t s) {
-      fit_.stretches[s] = linearize(campaign_.ship, campaign_.stretches[s], paths[s], fit_.theta);
+      Stretch& stretch = campaign_.stretches[s];
+      if (delay_s != delay_s_)
+        set_inputs(stretch, campaign_.recorded_inputs[stretch.recording], campaign_.ship, delay_s);
+      fit_.stretches[s] = linearize(columns.ship(), stretch, paths[s], plain);
+      if (effects > 0) columns.add_to(fit_.stretches[s]);
       fit_.stretches[s].event_scale = fit_.event_scale[s];
     });
+    delay_s_ = delay_s;
     fit_.noise.least_sigma_w = kLeastError * typical_acceleration(fit_.stretches);
   }
 
@@ -213,8 +294,11 @@ class Climb {
       M.diagonal() += precision;
       Eigen::VectorXd step = M.llt().solve(fit_.total.b - precision.cwiseProduct(fit_.theta));
       // The last one, the timing, is no logarithm.
-      if (const double largest = step.head(step.size() - 1).cwiseAbs().maxCoeff(); largest > kLargestStep)
-        step *= kLargestStep / largest;
+      const Eigen::Index effects = fit_.effects, coefficients = step.size() - 1 - effects;
+      double too_long = std::max(1.0, step.head(coefficients).cwiseAbs().maxCoeff() / kLargestStep);
+      if (effects > 0)
+        too_long = std::max(too_long, step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kLargestEffectStep);
+      step /= too_long;
       // Kinks of the model let full steps jump to and fro; steps that go on the same way may be longer.
       if (iteration > 3)
         relaxation = step.dot(M * last_step) < 0.0 ? std::max(0.5 * relaxation, 0.1) : std::min(1.5 * relaxation, 1.0);
@@ -237,6 +321,15 @@ class Climb {
         options_.progress(1.0 - 1.0 / (1.0 + 0.3 * fit_.report.iterations),
                           fmt::format("parameters still move by {:.2g} sd", moved));
     }
+  }
+
+  /// Takes a delay that was tried out of the campaign.
+  void restore_inputs() {
+    const double own_s = Effects<double>(campaign_.ship).rudder_delay_s();
+    if (own_s != delay_s_)
+      for (Stretch& stretch : campaign_.stretches)
+        set_inputs(stretch, campaign_.recorded_inputs[stretch.recording], campaign_.ship, own_s);
+    delay_s_ = own_s;
   }
 
   std::vector<std::vector<StateVector>> paths;
@@ -269,7 +362,9 @@ class Climb {
 
   Campaign& campaign_;
   FittedNull& fit_;
+  const Hypothesis& hypothesis_;
   const FitOptions& options_;
+  double delay_s_ = Effects<double>(campaign_.ship).rudder_delay_s();  // of the rudders in the campaign's inputs
   std::vector<int> free_levels_{0, 1, 2, 3, 4, 5, 6, 7, 8};
 };
 
@@ -372,45 +467,12 @@ double LevelProblem::gradient(const Levels& at) const {
   return largest;
 }
 
-FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
-  FittedNull fit;
-  fit.parameters = uncertain_parameters(campaign.ship);
-  const auto p = static_cast<Eigen::Index>(fit.parameters.size());
-  fit.theta = Eigen::VectorXd::Zero(p);
-  fit.noise = first_noise(campaign);
-  // Weak knowledge that keeps levels finite where the recordings say nothing. Model errors of model ships are around
-  // 5e-4 m/s^2, and accelerations are the same at any scale; within a factor of 20.
-  fit.level_prior_mean = levels_of(fit.noise);
-  fit.level_prior_mean.head<3>().setConstant(std::log(5e-4));
-  fit.level_prior_mean[2] -= std::log(0.25 * campaign.ship.particulars.L_pp);
-  fit.level_prior_sd.setConstant(3.0);
-  fit.level_prior_sd[kTauLevel] = 0.5;
-  fit.level_prior_sd[kWindLevel] = 1.0;
+namespace {
 
-  const std::size_t n = campaign.stretches.size();
-  Climb climb(campaign, fit, options);
-  fit.prior_sd = climb.prior(&UncertainParameter::log_sd);
-  const bool rests_as_stated = climb.to_rest(options.most_iterations, true);
-  const NullFit as_stated = fit.report;
-  const Eigen::VectorXd theta = fit.theta;
-  const Noise noise = fit.noise;
-  const std::vector<std::vector<StateVector>> paths = climb.paths;
-  // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
-  // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
-  fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
-  fit.report.converged = climb.to_rest(options.most_iterations / 2, false);
-  if (!fit.report.converged) {
-    const int iterations = fit.report.iterations;
-    fit.report = as_stated;
-    fit.report.iterations = iterations;
-    fit.report.converged = rests_as_stated;
-    fit.theta = theta;
-    fit.noise = noise;
-    climb.paths = paths;
-    climb.linearize_all();
-    fit.total = climb.levels().total(fit.noise);
-  }
-  parallel_for(n, options.jobs,
+// What is told of a fit: smoothed paths, standard errors, shifts.
+void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, FittedNull& fit) {
+  const Eigen::Index p = fit.theta.size();
+  parallel_for(fit.stretches.size(), jobs,
                [&](std::size_t s) { fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, Eigen::VectorXd::Zero(p)); });
 
   // Standard errors of the levels from the curvature.
@@ -451,7 +513,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   Eigen::MatrixXd M = fit.total.F;
   M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
   const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(p, p));
-  for (Eigen::Index i = 0; i + 1 < p; ++i) {
+  for (Eigen::Index i = 0; i + 1 + fit.effects < p; ++i) {
     const double factor = std::exp(fit.theta[i]), sd = std::sqrt(covariance(i, i));
     const UncertainParameter& parameter = fit.parameters[static_cast<std::size_t>(i)];
     report.parameters.push_back(
@@ -459,7 +521,130 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   }
   report.actuator_lag = {"actuator_lag", kTimingShare * fit.theta[p - 1],
                          kTimingShare * std::sqrt(covariance(p - 1, p - 1))};
+}
+
+}  // namespace
+
+FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
+  FittedNull fit;
+  fit.parameters = uncertain_parameters(campaign.ship);
+  const auto p = static_cast<Eigen::Index>(fit.parameters.size());
+  fit.theta = Eigen::VectorXd::Zero(p);
+  fit.noise = first_noise(campaign);
+  // Weak knowledge that keeps levels finite where the recordings say nothing. Model errors of model ships are around
+  // 5e-4 m/s^2, and accelerations are the same at any scale; within a factor of 20.
+  fit.level_prior_mean = levels_of(fit.noise);
+  fit.level_prior_mean.head<3>().setConstant(std::log(5e-4));
+  fit.level_prior_mean[2] -= std::log(0.25 * campaign.ship.particulars.L_pp);
+  fit.level_prior_sd.setConstant(3.0);
+  fit.level_prior_sd[kTauLevel] = 0.5;
+  fit.level_prior_sd[kWindLevel] = 1.0;
+
+  const Hypothesis nothing;
+  Climb climb(campaign, fit, nothing, options);
+  fit.prior_sd = climb.prior(&UncertainParameter::log_sd);
+  const bool rests_as_stated = climb.to_rest(options.most_iterations, true);
+  const NullFit as_stated = fit.report;
+  const Eigen::VectorXd theta = fit.theta;
+  const Noise noise = fit.noise;
+  const std::vector<std::vector<StateVector>> paths = climb.paths;
+  // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
+  // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
+  fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
+  fit.report.converged = climb.to_rest(options.most_iterations / 2, false);
+  if (!fit.report.converged) {
+    const int iterations = fit.report.iterations;
+    fit.report = as_stated;
+    fit.report.iterations = iterations;
+    fit.report.converged = rests_as_stated;
+    fit.theta = theta;
+    fit.noise = noise;
+    climb.paths = paths;
+    climb.linearize_all();
+    fit.total = climb.levels().total(fit.noise);
+  }
+  finish(campaign, climb, options.jobs, fit);
   return fit;
+}
+
+FittedNull fit_with(Campaign& campaign, const FittedNull& null, const Hypothesis& hypothesis, const Eigen::VectorXd& z0,
+                    const FitOptions& options) {
+  FittedNull fit = null;
+  fit.effects = hypothesis.size();
+  const Eigen::Index effects = fit.effects, coefficients = null.theta.size() - 1;
+  fit.theta.resize(null.theta.size() + effects);
+  fit.theta << null.theta.head(coefficients), z0, null.theta.tail(1);
+  fit.prior_sd.resize(fit.theta.size());
+  fit.prior_sd << null.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), null.prior_sd.tail(1);
+  for (const FreeEffect& effect : hypothesis.effects)
+    for (Eigen::Index i = 0; i < effect.size(); ++i)
+      fit.parameters.insert(fit.parameters.end() - 1, {fmt::format("{}.z{}", effect.name(), i + 1), 1.0, 1.0});
+  fit.report = NullFit();
+  fit.report.outliers = null.report.outliers;
+  Climb climb(campaign, fit, hypothesis, options);
+  for (std::size_t s = 0; s < climb.paths.size(); ++s) climb.paths[s] = null.stretches[s].path;
+  fit.report.converged = climb.to_rest(options.most_iterations, false);
+  finish(campaign, climb, options.jobs, fit);
+  climb.restore_inputs();
+  return fit;
+}
+
+std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& null,
+                             std::size_t jobs) {
+  const FreeEffect plain(effect, campaign.ship);
+  std::vector<Start> starts;
+  const auto add = [&](double towards_deg, const Eigen::VectorXd& z) {
+    starts.push_back({{{FreeEffect(effect, campaign.ship, towards_deg)}}, z, 0.0});
+  };
+  if (const auto neutral = plain.neutral())
+    add(0.0, *neutral);
+  else if (plain.has_bare_direction())
+    for (int k = 0; k < 8; ++k) add(45.0 * k, Eigen::VectorXd::Zero(plain.size()));
+  else
+    for (const double z : {-1.0, 0.0, 1.0}) add(0.0, Eigen::VectorXd::Constant(plain.size(), z));
+
+  const Eigen::Index coefficients = null.theta.size() - 1, effects = plain.size();
+  for (Start& start : starts) {
+    const EffectColumns columns(campaign, start.hypothesis, start.z, null.theta);
+    const double delay_s = columns.rudder_delay_s();
+    std::vector<Evidence> parts(null.stretches.size());
+    parallel_for(parts.size(), jobs, [&](std::size_t s) {
+      Stretch stretch = campaign.stretches[s];
+      if (delay_s != Effects<double>(campaign.ship).rudder_delay_s())
+        set_inputs(stretch, campaign.recorded_inputs[stretch.recording], campaign.ship, delay_s);
+      LinearStretch linear = linearize(columns.ship(), stretch, null.stretches[s].path, null.theta);
+      columns.add_to(linear);
+      linear.event_scale = null.event_scale[s];
+      parts[s] = evidence(linear, null.noise);
+    });
+    Evidence total(null.theta.size() + effects);
+    for (const Evidence& part : parts) total += part;
+    Eigen::VectorXd theta(total.b.size()), sd(total.b.size());
+    theta << null.theta.head(coefficients), start.z, null.theta.tail(1);
+    sd << null.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), null.prior_sd.tail(1);
+    start.log_evidence = marginal(total, theta, sd);
+    Eigen::MatrixXd M = total.F;
+    const Eigen::VectorXd precision = sd.array().square().inverse();
+    M.diagonal() += precision;
+    const Eigen::VectorXd step = M.llt().solve(total.b - precision.cwiseProduct(theta)).segment(coefficients, effects);
+    start.z += step / std::max(1.0, step.cwiseAbs().maxCoeff() / kLongestStart);
+  }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
+  return starts;
+}
+
+double log_evidence(const FittedNull& fit) {
+  const Levels off = (levels_of(fit.noise) - fit.level_prior_mean).cwiseQuotient(fit.level_prior_sd);
+  return marginal(fit.total, fit.theta, fit.prior_sd) - 0.5 * off.squaredNorm();
+}
+
+Coordinates coordinates_of(const FittedNull& fit) {
+  const Eigen::Index effects = fit.effects, first = fit.theta.size() - 1 - effects;
+  Eigen::MatrixXd M = fit.total.F;
+  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
+  const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
+  return {fit.theta.segment(first, effects), covariance.block(first, first, effects, effects)};
 }
 
 }  // namespace leeway::gap

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gap/findings.hpp"
+#include "gap/hypothesis.hpp"
 #include "gap/state_space.hpp"
 
 namespace leeway::gap {
@@ -14,7 +15,8 @@ Noise noise_of(const Levels& levels, const Noise& like);
 /// The simulator fitted within its stated uncertainty: parameters, noise levels, and the model along the smoothed path.
 struct FittedNull {
   std::vector<UncertainParameter> parameters;
-  Eigen::VectorXd theta;  ///< ln of the factors
+  Eigen::VectorXd theta;     ///< ln of the factors, then coordinates of effects that are fitted, then the timing
+  Eigen::Index effects = 0;  ///< number of the coordinates
   Noise noise;
   std::vector<LinearStretch> stretches;  ///< linearized at theta along the smoothed paths
   std::vector<Smoothed> smoothed;
@@ -37,6 +39,32 @@ struct FitOptions {
 /// of a block of 10 s (at 3 m) has more than 16 times its mean square, something acts that comes and goes: there it may
 /// be as large as it is, so that a tug or a mooring line does not count as the simulator's everyday error.
 FittedNull fit_null(Campaign& campaign, const FitOptions& options);
+
+/// The same with effects whose coordinates are fitted beside the coefficients, from a fitted null on: its data, paths,
+/// noise levels and events are where it begins, and its prior widths hold. theta is then (coefficients, z, timing).
+///   z0  coordinates to start from
+FittedNull fit_with(Campaign& campaign, const FittedNull& null, const Hypothesis& hypothesis, const Eigen::VectorXd& z0,
+                    const FitOptions& options);
+
+/// Coordinates from which a fit may reach the best ones, most promising first: the neutral place, or the median and
+/// around the compass, each judged by one linear step from the fitted null.
+struct Start {
+  Hypothesis hypothesis;
+  Eigen::VectorXd z;          ///< after the linear step
+  double log_evidence = 0.0;  ///< that the step promises
+};
+std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& null,
+                             std::size_t jobs);
+
+/// ln p(recordings | hypothesis), by Laplace's method at the best coefficients, effects and noise levels.
+double log_evidence(const FittedNull& fit);
+
+/// Coordinates of the effects, and their covariance.
+struct Coordinates {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd covariance;
+};
+Coordinates coordinates_of(const FittedNull& fit);
 
 /// ln of the integral of exp(log_likelihood + b'd - d'Fd/2) N(theta + d; 0, sd^2) over d.
 double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd);

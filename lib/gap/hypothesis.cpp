@@ -1,0 +1,209 @@
+#include "gap/hypothesis.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/errors.hpp"
+#include "core/random.hpp"
+#include "core/units.hpp"
+
+namespace leeway::gap {
+namespace {
+
+constexpr double kFullScale_m = 20.0;                      // longer ships take the priors for 150 m
+constexpr double kDirectionUnit_deg = 143.61952130254163;  // 360/sqrt(2 pi)
+constexpr std::size_t kDraws = 4000;                       // for intervals of parameters that bend with z
+constexpr double kFarthest = 8.0;                          // sd, beyond which a coordinate is not followed
+
+bool is_direction(const Prior& prior) { return prior.kind == Prior::Kind::uniform && prior.high - prior.low >= 360.0; }
+
+double in_circle_deg(double angle_deg) {
+  const double turned = std::fmod(angle_deg, 360.0);
+  return turned < 0.0 ? turned + 360.0 : turned;
+}
+
+}  // namespace
+
+FreeEffect::FreeEffect(std::string_view name, const Ship& ship, double towards_deg)
+    : name_(name), towards_deg_(towards_deg) {
+  const std::vector<EffectDescription>& catalogue = effect_catalogue();
+  const auto found =
+      std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& effect) { return effect.info.name == name; });
+  if (found == catalogue.end()) throw UsageError(fmt::format("no effect '{}' in the catalogue", name));
+  type_ = static_cast<std::size_t>(found - catalogue.begin());
+  parameters_ = found->parameters;
+  const bool is_full_scale = ship.particulars.L_pp > kFullScale_m;
+  const auto prior = [&](const EffectParameter& p) { return is_full_scale ? p.at_150m : p.at_3m; };
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    const EffectParameter& p = parameters_[i];
+    base_.push_back(std::isfinite(p.otherwise) ? p.otherwise : std::isfinite(p.off) ? p.off : prior(p).median);
+    if (is_direction(prior(p))) direction_ = i;
+  }
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    const EffectParameter& p = parameters_[i];
+    const bool is_strength = std::isfinite(p.off) || std::isnan(p.otherwise);
+    if (direction_ == i || !is_strength) continue;
+    switch (prior(p).kind) {
+      case Prior::Kind::rayleigh:
+        coordinates_.push_back({Kind::vector, i, prior(p)});
+        break;
+      case Prior::Kind::log_normal:
+        coordinates_.push_back({Kind::log_normal, i, prior(p)});
+        break;
+      case Prior::Kind::normal:
+        coordinates_.push_back({Kind::normal, i, prior(p)});
+        break;
+      case Prior::Kind::uniform:
+        coordinates_.push_back({Kind::uniform, i, prior(p)});
+        break;
+    }
+  }
+  const bool has_vector =
+      std::any_of(coordinates_.begin(), coordinates_.end(), [](const Coordinate& c) { return c.kind == Kind::vector; });
+  if (direction_ && !has_vector)
+    coordinates_.push_back({Kind::direction, *direction_, prior(parameters_[*direction_])});
+  // Strengths that this ship does not have (one rudder of two) stay as they are.
+  std::erase_if(coordinates_, [&](const Coordinate& c) {
+    if (c.kind == Kind::direction) return false;
+    std::vector<double> moved = base_;
+    moved[c.parameter] = c.prior.median;
+    try {
+      make_effect<double>(type_, moved, ship);
+      return false;
+    } catch (const EffectNotApplicable&) {
+      return coordinates_.size() > 1;
+    }
+  });
+  const std::vector<double> at_median = values(Eigen::VectorXd::Zero(size()));
+  make_effect<double>(type_, at_median, ship);
+}
+
+Eigen::Index FreeEffect::size() const {
+  Eigen::Index n = 0;
+  for (const Coordinate& c : coordinates_) n += c.kind == Kind::vector ? 2 : 1;
+  return n;
+}
+
+bool FreeEffect::has_bare_direction() const {
+  return std::any_of(coordinates_.begin(), coordinates_.end(),
+                     [](const Coordinate& c) { return c.kind == Kind::direction; });
+}
+
+std::optional<Eigen::VectorXd> FreeEffect::neutral() const {
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(size());
+  Eigen::Index at = 0;
+  for (const Coordinate& c : coordinates_) {
+    const double off = parameters_[c.parameter].off;
+    if (c.kind == Kind::vector) {
+      at += 2;
+      continue;
+    }
+    if (c.kind == Kind::normal)
+      z[at] = (off - c.prior.median) / c.prior.sd;
+    else if (c.kind == Kind::log_normal)
+      z[at] = (std::log(off) - std::log(c.prior.median)) / c.prior.sd;
+    else
+      return std::nullopt;
+    if (!(std::abs(z[at]) < kFarthest)) return std::nullopt;
+    ++at;
+  }
+  return z;
+}
+
+double FreeEffect::value_of(const Coordinate& c, double z) const {
+  switch (c.kind) {
+    case Kind::direction:
+      return in_circle_deg(towards_deg_ + kDirectionUnit_deg * z);
+    case Kind::log_normal:
+      return std::clamp(c.prior.median * std::exp(c.prior.sd * z), c.prior.low, c.prior.high);
+    case Kind::normal:
+      return std::clamp(c.prior.median + c.prior.sd * z, c.prior.low, c.prior.high);
+    case Kind::uniform:
+      return c.prior.low + (c.prior.high - c.prior.low) * 0.5 * std::erfc(-z / std::sqrt(2.0));
+    case Kind::vector:
+      break;
+  }
+  return 0.0;
+}
+
+std::vector<double> FreeEffect::values(const Eigen::Ref<const Eigen::VectorXd>& z) const {
+  std::vector<double> result = base_;
+  Eigen::Index at = 0;
+  for (const Coordinate& c : coordinates_) {
+    if (c.kind == Kind::vector) {
+      result[c.parameter] = std::min(c.prior.sd * std::hypot(z[at], z[at + 1]), c.prior.high);
+      result[*direction_] = in_circle_deg(std::atan2(z[at + 1], z[at]) / kDegree);
+      at += 2;
+    } else {
+      result[c.parameter] = value_of(c, z[at++]);
+    }
+  }
+  return result;
+}
+
+EffectEntry FreeEffect::entry(const Eigen::Ref<const Eigen::VectorXd>& z) const {
+  EffectEntry result{name_, {}, "", ""};
+  const std::vector<double> all = values(z);
+  for (std::size_t i = 0; i < all.size(); ++i) result.parameters.emplace_back(parameters_[i].name, all[i]);
+  return result;
+}
+
+std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd& mean,
+                                                          const Eigen::MatrixXd& covariance) const {
+  // Quantiles of draws: a speed and a direction do not go straight with z.
+  const Eigen::MatrixXd root = covariance.llt().matrixL();
+  RandomStream random(1, "effect parameters");
+  std::vector<std::vector<double>> draws(parameters_.size());
+  Eigen::VectorXd standard(mean.size());
+  for (std::size_t d = 0; d < kDraws; ++d) {
+    for (Eigen::Index i = 0; i < standard.size(); ++i) standard[i] = random.normal();
+    const std::vector<double> drawn = values(mean + root * standard);
+    for (std::size_t i = 0; i < drawn.size(); ++i) draws[i].push_back(drawn[i]);
+  }
+  const std::vector<double> best = values(mean);
+  std::vector<Parameter> result;
+  const auto add = [&](std::size_t i) {
+    std::vector<double>& x = draws[i];
+    if (direction_ == i)  // about the best, so that 359 and 1 deg are neighbors
+      for (double& angle : x) angle = best[i] + std::remainder(angle - best[i], 360.0);
+    std::sort(x.begin(), x.end());
+    double square = 0.0;
+    for (const double value : x) square += (value - best[i]) * (value - best[i]);
+    const auto quantile = [&](double share) { return x[static_cast<std::size_t>(share * (kDraws - 1))]; };
+    result.push_back(
+        {std::string(parameters_[i].name), best[i], std::sqrt(square / kDraws), quantile(0.025), quantile(0.975)});
+  };
+  for (const Coordinate& c : coordinates_) {
+    add(c.parameter);
+    if (c.kind == Kind::vector) add(*direction_);
+  }
+  return result;
+}
+
+Eigen::Index Hypothesis::size() const {
+  Eigen::Index n = 0;
+  for (const FreeEffect& effect : effects) n += effect.size();
+  return n;
+}
+
+std::string Hypothesis::name() const {
+  std::vector<std::string> names;
+  for (const FreeEffect& effect : effects) names.push_back(effect.name());
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, " + "));
+}
+
+Ship Hypothesis::applied_to(const Ship& ship, const Eigen::VectorXd& z) const {
+  Ship result = ship;
+  Eigen::Index at = 0;
+  for (const FreeEffect& effect : effects) {
+    result.effects.push_back(effect.entry(z.segment(at, effect.size())));
+    at += effect.size();
+  }
+  return result;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "effects/registry.hpp"
+
+namespace leeway::gap {
+
+/// An effect of the catalogue with free parameters. Coordinates z stand for them, independent and standard normal
+/// before any recording is seen, so that all effects are fitted in the same units:
+///
+///   a speed or force with a direction  z = its two components by the prior's sd (Rayleigh), so that nothing is at z =
+///   0 a direction of something else      z from `towards_deg`, in units of 360/sqrt(2 pi) deg: as flat as the density
+///   of
+///                                      all directions
+///   log-normal, normal, uniform        z = (ln x - ln median)/sd, (x - median)/sd, inverse normal distribution of the
+///                                      share of the range
+///
+/// Parameters that have a default and no neutral value (a place, a shape) keep the default.
+class FreeEffect {
+ public:
+  /// Priors are those of the ship's scale. Throws UsageError for an unknown name, EffectNotApplicable if the ship lacks
+  /// what the effect needs.
+  FreeEffect(std::string_view name, const Ship& ship, double towards_deg = 0.0);
+
+  const std::string& name() const { return name_; }
+  Eigen::Index size() const;  ///< coordinates
+  /// Whether it has a direction that is no vector, so that starts around the compass are needed.
+  bool has_bare_direction() const;
+  /// z at which the effect vanishes; nothing where no finite one does.
+  std::optional<Eigen::VectorXd> neutral() const;
+
+  /// Parameters in the catalogue's order and units, within their bounds.
+  std::vector<double> values(const Eigen::Ref<const Eigen::VectorXd>& z) const;
+  /// As it stands in a ship's JSON.
+  EffectEntry entry(const Eigen::Ref<const Eigen::VectorXd>& z) const;
+
+  /// One free parameter in its unit: estimate, standard deviation and 95 % interval, from z ~ N(mean, covariance).
+  struct Parameter {
+    std::string name;
+    double estimate = 0.0, sd = 0.0, low = 0.0, high = 0.0;
+  };
+  std::vector<Parameter> parameters(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const;
+
+ private:
+  enum class Kind { vector, direction, log_normal, normal, uniform };
+  struct Coordinate {
+    Kind kind;
+    std::size_t parameter;  ///< the speed, for a vector, whose direction is `direction_`
+    Prior prior;
+  };
+  double value_of(const Coordinate& coordinate, double z) const;
+
+  std::string name_;
+  std::size_t type_ = 0;
+  double towards_deg_ = 0.0;
+  std::span<const EffectParameter> parameters_;
+  std::vector<double> base_;             ///< values of what is not free
+  std::vector<Coordinate> coordinates_;  ///< a vector counts once
+  std::optional<std::size_t> direction_;
+};
+
+/// What may be missing: effects that act together. Their coordinates follow each other.
+struct Hypothesis {
+  std::vector<FreeEffect> effects;
+
+  Eigen::Index size() const;
+  /// "steady-current + rudder-offset"; "none".
+  std::string name() const;
+  /// The ship with the effects at z added to its own.
+  Ship applied_to(const Ship& ship, const Eigen::VectorXd& z) const;
+};
+
+}  // namespace leeway::gap

@@ -1,0 +1,132 @@
+#include "gap/hypothesis.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "gap/null_fit.hpp"
+#include "gap/perturbed_ship.hpp"
+#include "gap/simulated_campaign.hpp"
+
+using namespace leeway;
+using Catch::Matchers::WithinAbs;
+
+namespace {
+
+Eigen::VectorXd at(std::initializer_list<double> z) {
+  return Eigen::Map<const Eigen::VectorXd>(z.begin(), static_cast<Eigen::Index>(z.size()));
+}
+
+}  // namespace
+
+TEST_CASE("hypothesis: coordinates stand for parameters in the units of their priors", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const gap::FreeEffect current("steady-current", ship);
+  REQUIRE(current.size() == 2);
+  CHECK(current.neutral() == at({0.0, 0.0}));
+  CHECK(current.values(at({1.0, 0.0}))[0] == Approx(0.04));
+  CHECK(current.values(at({0.0, 2.0}))[0] == Approx(0.08));
+  CHECK(current.values(at({0.0, 2.0}))[1] == Approx(90.0));
+  CHECK(current.values(at({0.0, -1.0}))[1] == Approx(270.0));
+  CHECK(current.values(at({9.0, 0.0}))[0] == Approx(0.15));  // bounds are hard
+
+  const gap::FreeEffect thrust("thrust-loss", ship);
+  CHECK(thrust.values(at({0.0}))[0] == Approx(0.95));
+  CHECK(thrust.values(at({-1.0}))[0] == Approx(0.95 * std::exp(-0.1)));
+  CHECK(thrust.values(*thrust.neutral())[0] == Approx(1.0));
+
+  const gap::FreeEffect delay("actuator-delay", ship);
+  CHECK(delay.values(at({0.0}))[0] == Approx(1.5));
+  CHECK_FALSE(delay.neutral());
+
+  const gap::FreeEffect waves("wave-drift", ship, 350.0);
+  CHECK(waves.has_bare_direction());
+  CHECK(waves.values(at({0.0, 0.0}))[1] == Approx(350.0));
+  CHECK(waves.values(at({0.0, 0.2}))[1] == Approx(350.0 + 0.2 * 143.6195 - 360.0));
+
+  // At full scale the priors are others.
+  CHECK(gap::FreeEffect("steady-current", read_ship("vectwin-150m")).values(at({1.0, 0.0}))[0] == Approx(0.3));
+  // A single rudder has one strength, two have their own.
+  CHECK(gap::FreeEffect("rudder-effectiveness", ship).size() == 1);
+  CHECK(gap::FreeEffect("rudder-effectiveness", read_ship("vectwin-3m")).size() == 3);
+  CHECK_THROWS_AS(gap::FreeEffect("sea-monster", ship), UsageError);
+  CHECK_THROWS_AS(gap::FreeEffect("thruster-gain", read_ship("kvlcc2-l7")), EffectNotApplicable);
+}
+
+TEST_CASE("hypothesis: effects are added to the ship as its JSON would have them", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const gap::Hypothesis both{{gap::FreeEffect("steady-current", ship), gap::FreeEffect("rudder-offset", ship)}};
+  CHECK(both.size() == 3);
+  CHECK(both.name() == "steady-current + rudder-offset");
+  CHECK(gap::Hypothesis{}.name() == "none");
+  const Ship with = both.applied_to(ship, at({0.0, 1.0, -2.0}));
+  REQUIRE(with.effects.size() == ship.effects.size() + 2);
+  CHECK(with.effects.back().type == "rudder-offset");
+  CHECK(*with.effects.back().parameters[0].second == Approx(-2.0));
+  CHECK_NOTHROW(Model<double>(with));
+}
+
+TEST_CASE("hypothesis: intervals of a speed and its direction", "[gap]") {
+  const gap::FreeEffect current("steady-current", read_ship("esso-osaka-3m"));
+  const auto parameters = current.parameters(at({1.0, 0.0}), 0.01 * Eigen::MatrixXd::Identity(2, 2));
+  REQUIRE(parameters.size() == 2);
+  CHECK(parameters[0].estimate == Approx(0.04));
+  CHECK(parameters[0].sd == Approx(0.004).epsilon(0.1));
+  CHECK(parameters[0].low == Approx(0.04 - 1.96 * 0.004).epsilon(0.03));
+  CHECK(parameters[1].name == "current_set_deg");
+  CHECK(parameters[1].estimate == Approx(0.0));
+  CHECK(parameters[1].low < 0.0);  // about the estimate: -11 deg, and not 349
+  CHECK(parameters[1].high == Approx(1.96 * 0.1 / kDegree).epsilon(0.06));
+}
+
+TEST_CASE("hypothesis: planted effects are fitted beside wrong coefficients", "[gap][long]") {
+  struct Planted {
+    std::string effect;
+    std::vector<std::pair<std::string, std::optional<double>>> parameters;
+  };
+  const Planted all[] = {
+      {"steady-current", {{"current_speed_mps", 0.05}, {"current_set_deg", 140.0}}},
+      {"rudder-offset", {{"rudder_offset_deg", 2.0}}},
+      {"actuator-delay", {{"delay_s", 1.2}}},
+      {"wave-drift", {{"hs_m", 0.02}, {"wave_from_deg", 250.0}}},
+      {"earth-force", {{"force_N", 0.3}, {"direction_deg", 20.0}}},
+  };
+  const Ship stated = read_ship("esso-osaka-3m");
+  std::uint64_t seed = 0;
+  for (const Planted& planted : all) {
+    CAPTURE(planted.effect);
+    Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, ++seed);
+    truth.effects.push_back({planted.effect, planted.parameters, "ship.json", "/effects/0"});
+    gap::Campaign campaign =
+        gap::prepare(stated, test::recorded({"esso-osaka-3m", seed, 4, 200.0, 1.0, 0.5}, truth), {});
+    const gap::FittedNull null = gap::fit_null(campaign, {.jobs = 2});
+    const std::vector<gap::Start> starts = gap::starts_of(planted.effect, campaign, null, 2);
+    const gap::FittedNull fit = gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().z, {.jobs = 2});
+    CHECK(fit.report.converged);
+    CHECK(gap::log_evidence(fit) > gap::log_evidence(null) + 5.0);
+    const gap::Coordinates z = gap::coordinates_of(fit);
+    const auto found = starts.front().hypothesis.effects[0].parameters(z.mean, z.covariance);
+    for (const auto& [name, value] : planted.parameters)
+      for (const auto& parameter : found)
+        if (parameter.name == name) {
+          CAPTURE(name, parameter.estimate, parameter.sd);
+          double error = parameter.estimate - *value;
+          if (name.ends_with("_deg") && name != "rudder_offset_deg") error = std::remainder(error, 360.0);
+          CHECK_THAT(error, WithinAbs(0.0, 3.5 * parameter.sd));
+        }
+  }
+}
+
+TEST_CASE("hypothesis: where nothing is missing, no effect gains evidence worth telling", "[gap][long]") {
+  const Ship stated = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(
+      stated, test::recorded({"esso-osaka-3m", 3, 4, 200.0, 1.0, 0.5}, test::perturbed_ship("esso-osaka-3m", 0.1, 9)),
+      {});
+  const gap::FittedNull null = gap::fit_null(campaign, {.jobs = 2});
+  for (const char* const effect : {"steady-current", "rudder-offset", "thrust-loss", "earth-force"}) {
+    CAPTURE(effect);
+    const std::vector<gap::Start> starts = gap::starts_of(effect, campaign, null, 2);
+    const gap::FittedNull fit = gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().z, {.jobs = 2});
+    CHECK(gap::log_evidence(fit) < gap::log_evidence(null) + 3.0);
+  }
+}
