@@ -262,9 +262,9 @@ class Climb {
     fit_.noise.least_sigma_w = kLeastError * typical_acceleration(fit_.stretches);
   }
 
-  /// Goes on until the steps rest, or lead away, or are too many; returns whether they rest. Outliers and events are
-  /// judged on the way only where `judges`, so that hypotheses are compared on the same data.
-  bool to_rest(int most_iterations, bool judges) {
+  /// Goes on until the steps rest or are too many, or, where it `gives_up`, lead away; returns whether they rest.
+  /// Outliers and events are judged on the way only where `judges`, so that hypotheses are compared on the same data.
+  bool to_rest(int most_iterations, bool judges, bool gives_up = false) {
     double moved = 1.0, noise_moved = 1.0, relaxation = 1.0, nearest = 1e300;
     Eigen::VectorXd last_step = Eigen::VectorXd::Zero(fit_.theta.size());
     for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
@@ -280,7 +280,7 @@ class Climb {
       distance = std::sqrt(std::max(0.0, slope.dot(M.llt().solve(slope))));
       const bool rests = iteration > 1 && moved < kThetaAtRest && noise_moved < kNoiseAtRest && distance < kFar;
       if ((rests && distance < kNear) || iteration == most_iterations) return rests;
-      if (!judges && distance > 2.0 * nearest + 1.0) return false;
+      if (gives_up && distance > 2.0 * nearest + 1.0) return false;
       nearest = std::min(nearest, distance);
 
       // Noise levels, once the path has been smoothed for the first time.
@@ -551,7 +551,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
   // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
   fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
-  fit.report.converged = climb.to_rest(options.most_iterations / 2, false);
+  fit.report.converged = climb.to_rest(options.most_iterations / 2, false, true);
   if (!fit.report.converged) {
     const int iterations = fit.report.iterations;
     fit.report = as_stated;
