@@ -14,6 +14,7 @@
 #include "control/pd_sweep.hpp"
 #include "core/parallel.hpp"
 #include "dynamics/maneuvers.hpp"
+#include "dynamics/observation_noise.hpp"
 #include "ensemble/prediction_run.hpp"
 #include "gap/gap_locate.hpp"
 
@@ -200,13 +201,15 @@ void bench_sim(int repeats) {
   }
 }
 
-// Recordings of random maneuvers at 1 Hz, without noise: it does not change the work.
+// Recordings of random maneuvers at 1 Hz with the usual noise.
 void bench_gap(std::size_t jobs, int repeats) {
   const Ship ship = read_ship("vectwin-3m");
   std::vector<Trajectory> recordings;
   for (std::uint64_t i = 0; i < 4; ++i) {
     const auto maneuver = random_orders(ship, RandomStream(1, "bench gap", i));
-    recordings.push_back(simulate(SimulatedShip(ship), *maneuver, Vec2<double>(0.5, 0.3), {0.1, 1.0, 1000.0}));
+    const Trajectory truth = simulate(SimulatedShip(ship), *maneuver, Vec2<double>(0.5, 0.3), {0.1, 1.0, 1000.0});
+    recordings.push_back(observed(truth, read_noise("paper-model-scale"), RandomStream(1, "bench gap noise", i)));
+    recordings.back().name = recordings.back().file = fmt::format("random-{}", i);
   }
   const Timing t = time(std::min(repeats, 3), [&] {
     std::vector<Trajectory> copy = recordings;

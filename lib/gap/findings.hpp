@@ -57,6 +57,7 @@ struct NullFit {
   double noise_gradient = 0.0;  ///< largest, of -ln likelihood by ln of the noise levels
   bool converged = false;
   std::size_t outliers = 0;
+  bool is_noise_free = false;  ///< u, v_m and r show no more noise than inputs between samples leave: simulated?
 };
 
 /// One member of the library of effects, screened.

@@ -13,8 +13,9 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kNotWhite = 0.25;   // autocorrelation of the innovations that the noise model should not leave
-constexpr double kErrsAsMuch = 0.7;  // model error by typical acceleration: then little is predicted at all
+constexpr double kNotWhite = 0.25;       // autocorrelation of the innovations that the noise model should not leave
+constexpr double kErrsAsMuch = 0.7;      // model error by typical acceleration: then little is predicted at all
+constexpr double kErrorOfInputs = 0.05;  // by typical acceleration: what inputs between samples can make
 constexpr std::size_t kFewestSamples = 300;
 constexpr double kNearly = 5.0;  // p-values up to this times the rate of false alarms leave it open
 
@@ -29,11 +30,19 @@ void judge(Findings& findings, double scan_p_value) {
   const bool improves = d.heldout_gain > 2.0 * d.heldout_gain_sd ||
                         (d.heldout_gain > d.heldout_gain_sd && d.p_value < d.false_alarm * d.false_alarm);
   const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
+  // Then inputs that are known at the samples alone are the larger error, and what the tests see may be that.
+  const bool is_of_inputs = fit.is_noise_free && share < kErrorOfInputs;
   const std::string rate = fmt::format("{:.3g} %", 100.0 * d.false_alarm);
 
   if (!fit.converged) {
     findings.verdict = Verdict::undecided;
     d.reason = "the fit of the simulator's parameters did not come to rest, so nothing can be concluded from it";
+  } else if (d.p_value < kNearly * d.false_alarm && is_of_inputs) {
+    findings.verdict = Verdict::undecided;
+    d.reason = fmt::format(
+        "the recordings show no noise, as simulated ones, and the simulator errs by {:.1f} % of the typical "
+        "acceleration: so much comes from inputs that are known at the samples alone",
+        100.0 * share);
   } else if (d.p_value < d.false_alarm && by_interval) {
     findings.verdict = Verdict::mismatch;
     d.reason = fmt::format(
@@ -69,7 +78,7 @@ void judge(Findings& findings, double scan_p_value) {
         "the simulator errs by {:.0f} % of the typical acceleration, in a way that no effect of the "
         "catalogue explains",
         100.0 * share);
-  } else if (d.largest_autocorrelation > kNotWhite && d.whiteness_p_value < 1e-6) {
+  } else if (!is_of_inputs && d.largest_autocorrelation > kNotWhite && d.whiteness_p_value < 1e-6) {
     findings.verdict = Verdict::undecided;
     d.reason =
         fmt::format("what is left is not white noise (correlation {:.2f}), so that small effects cannot be excluded",
@@ -117,6 +126,11 @@ void add_notices(Findings& findings, const Campaign& campaign, const EffectLibra
   if (fit.outliers > 0)
     notices.push_back(fmt::format("{} of {} measurements lay more than 6 sd from their prediction and were left out",
                                   fit.outliers, fit.samples + fit.outliers));
+  if (fit.is_noise_free)
+    notices.push_back(
+        fmt::format("u, v_m and r show no noise, as simulated recordings: differences below {:.0f} % of the typical "
+                    "acceleration are not judged",
+                    100.0 * kErrorOfInputs));
   if (!campaign.has_position)
     notices.push_back("no positions: slow effects show two to four times less; record x0_m and y0_m");
   if (!campaign.has_heading) notices.push_back("no heading: effects with a direction in earth axes cannot be seen");

@@ -186,6 +186,7 @@ Json to_json(const NullFit& fit) {
           {"log_likelihood_per_sample", number(fit.log_likelihood_per_sample)},
           {"samples", fit.samples},
           {"outliers", fit.outliers},
+          {"is_noise_free", fit.is_noise_free},
           {"step_s", number(fit.step_s)},
           {"distance", number(fit.distance)},
           {"parameters", parameters},

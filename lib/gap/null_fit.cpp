@@ -48,7 +48,10 @@ Noise first_noise(const Campaign& campaign) {
   noise.least_tau_s = 4.0 * scale;
   noise.longest_tau_s = 40.0 * scale;
   noise.wind_tau_s = 15.0 * scale;
-  const Vec6 least = (Vec6() << 1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-5).finished();
+  // No recording says more: inputs between samples, and the steps of the grid, are no better known than this.
+  noise.least_measurement_sd << 1e-3 * std::sqrt(scale), 1e-3 * std::sqrt(scale), 0.02 * kDegree, 4e-4 * scale,
+      4e-4 * scale, 0.01 * kDegree / scale;
+  const Vec6& least = noise.least_measurement_sd;
   for (int i = 0; i < kShipStates; ++i) {
     std::vector<double> differences;
     for (const Stretch& stretch : campaign.stretches)
@@ -393,6 +396,7 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   noise.sigma_w = x.head<3>().cwiseMax(like.least_sigma_w);
   noise.tau_s = std::clamp(x[kTauLevel], like.least_tau_s, like.longest_tau_s);
   noise.measurement_sd << x[4], x[4], x.segment<4>(5);
+  noise.measurement_sd = noise.measurement_sd.cwiseMax(like.least_measurement_sd);
   noise.wind_share = x[kWindLevel];
   return noise;
 }
@@ -491,6 +495,8 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, Fitt
   }
   report.noise_gradient = problem.gradient(h);
   report.sigma_w = fit.noise.sigma_w;
+  report.is_noise_free =
+      (fit.noise.measurement_sd.array() <= 1.01 * fit.noise.least_measurement_sd.array()).tail<3>().all();
   report.tau_s = fit.noise.tau_s;
   if (campaign.has_wind) report.wind_share = fit.noise.wind_share;
   report.typical = typical_acceleration(fit.stretches);
