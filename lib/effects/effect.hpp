@@ -43,6 +43,9 @@ constexpr Prior uniform(double low, double high) {
   return {Prior::Kind::uniform, 0.5 * (low + high), 0.28867513459481287 * (high - low), low, high};
 }
 inline constexpr Prior kAnyDirection = uniform(0.0, 360.0);
+constexpr bool is_direction(const Prior& prior) {
+  return prior.kind == Prior::Kind::uniform && prior.high - prior.low >= 360.0;
+}
 
 /// One parameter of an effect, in the unit that its name carries.
 struct EffectParameter {

@@ -7,8 +7,6 @@ namespace {
 
 constexpr double kFullScale_m = 20.0;  // longer ships take the priors for 150 m
 
-bool is_direction(const Prior& prior) { return prior.kind == Prior::Kind::uniform && prior.high - prior.low >= 360.0; }
-
 // A strength that is worth finding: one prior sd from nothing.
 double nominal(const EffectParameter& parameter, const Prior& prior) {
   if (std::isnan(parameter.off)) return prior.median;

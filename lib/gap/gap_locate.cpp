@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/errors.hpp"
 #include "gap/channel_quality.hpp"
 #include "gap/detect.hpp"
 #include "gap/locate.hpp"
@@ -108,7 +109,11 @@ bool is_grossly_inconsistent(const Findings& findings, Campaign& campaign, const
   const std::vector<Start> starts = starts_of(findings.detection.effects.front().name, campaign, null, jobs);
   FitOptions options;
   options.jobs = jobs;
-  return errs_grossly(fit_with(campaign, null, starts.front().hypothesis, starts.front().z, options).report);
+  try {
+    return errs_grossly(fit_with(campaign, null, starts.front().hypothesis, starts.front().z, options).report);
+  } catch (const NumericalError&) {  // with the effect the simulator runs away: it brings nothing back
+    return true;
+  }
 }
 
 void add_notices(Findings& findings, const Campaign& campaign, const EffectLibrary& library) {

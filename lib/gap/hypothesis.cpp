@@ -19,8 +19,6 @@ constexpr double kDirectionUnit_deg = 143.61952130254163;  // 360/sqrt(2 pi)
 constexpr std::size_t kDraws = 4000;                       // for intervals of parameters that bend with z
 constexpr double kFarthest = 8.0;                          // sd, beyond which a coordinate is not followed
 
-bool is_direction(const Prior& prior) { return prior.kind == Prior::Kind::uniform && prior.high - prior.low >= 360.0; }
-
 double in_circle_deg(double angle_deg) {
   const double turned = std::fmod(angle_deg, 360.0);
   return turned < 0.0 ? turned + 360.0 : turned;

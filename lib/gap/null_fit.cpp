@@ -28,6 +28,7 @@ constexpr double kLeastError = 0.005;       // of the typical acceleration: step
 constexpr double kEventBlock_s = 10.0;      // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
+constexpr int kMostFallbacks = 8;                   // from steps that led where the simulator runs away
 constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
 constexpr double kFarLevel = 40.0;                  // nothing is e^40 of its unit
 
@@ -51,7 +52,7 @@ Noise first_noise(const Campaign& campaign) {
   // No recording says more: inputs between samples, and the steps of the grid, are no better known than this.
   noise.least_measurement_sd << 1e-3 * std::sqrt(scale), 1e-3 * std::sqrt(scale), 0.02 * kDegree, 4e-4 * scale,
       4e-4 * scale, 0.01 * kDegree / scale;
-  const Vec6& least = noise.least_measurement_sd;
+  const Vec6 least = (Vec6() << 1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-5).finished();
   for (int i = 0; i < kShipStates; ++i) {
     std::vector<double> differences;
     for (const Stretch& stretch : campaign.stretches)
@@ -124,11 +125,11 @@ Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
 // blocks are, also where a few have made sigma_w large.
 void find_events(FittedNull& fit, const Campaign& campaign) {
   const double block_s = kEventBlock_s * campaign.time_scale();
-  struct Block {
+  struct Piece {
     std::size_t stretch, begin, end;
     Vec3<double> mean_square;
   };
-  std::vector<Block> blocks;
+  std::vector<Piece> blocks;
   for (std::size_t s = 0; s < campaign.stretches.size(); ++s) {
     const Stretch& stretch = campaign.stretches[s];
     const Smoothed& smoothed = fit.smoothed[s];
@@ -143,10 +144,10 @@ void find_events(FittedNull& fit, const Campaign& campaign) {
   }
   std::vector<double> squares(blocks.size());
   for (int i = 0; i < 3; ++i) {
-    std::transform(blocks.begin(), blocks.end(), squares.begin(), [i](const Block& b) { return b.mean_square[i]; });
+    std::transform(blocks.begin(), blocks.end(), squares.begin(), [i](const Piece& b) { return b.mean_square[i]; });
     std::nth_element(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2), squares.end());
     const double usual = squares[squares.size() / 2] / kMedianSquare;
-    for (const Block& block : blocks) {
+    for (const Piece& block : blocks) {
       const double ratio = block.mean_square[i] / usual;
       const bool was_event = fit.event_scale[block.stretch][block.begin][i] > 1.0;
       const double scale = ratio > (was_event ? kStillEvent : kEvent) ? std::sqrt(ratio) : 1.0;
@@ -269,11 +270,29 @@ class Climb {
   /// Outliers and events are judged on the way only where `judges`, so that hypotheses are compared on the same data.
   bool to_rest(int most_iterations, bool judges, bool gives_up = false) {
     double moved = 1.0, noise_moved = 1.0, relaxation = 1.0, nearest = 1e300;
-    Eigen::VectorXd last_step = Eigen::VectorXd::Zero(fit_.theta.size());
+    Eigen::VectorXd last_step = Eigen::VectorXd::Zero(fit_.theta.size()), theta_before = fit_.theta;
+    Noise noise_before = fit_.noise;
+    std::vector<std::vector<StateVector>> paths_before = paths;
+    std::vector<std::vector<Vec3<double>>> event_scale_before = fit_.event_scale;
+    int fallbacks = 0;
+    double path_share = 1.0;  // of the way from the old paths to the new ones
     for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
       linearize_all();
       fit_.total = levels().total(fit_.noise);
-      if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError(diverged());
+      if (!std::isfinite(fit_.total.log_likelihood)) {
+        // The last step led parameters or paths where the simulator runs away: a shorter one from where it was taken.
+        if (iteration == 0) throw NumericalError(diverged());
+        fit_.theta = theta_before;
+        fit_.noise = noise_before;
+        paths = paths_before;
+        fit_.event_scale = event_scale_before;
+        relaxation = std::max(0.3 * relaxation, 0.01);
+        path_share = 0.5 * path_share;
+        last_step.setZero();
+        linearize_all();
+        fit_.total = levels().total(fit_.noise);
+        if (++fallbacks > kMostFallbacks) return false;
+      }
       const Eigen::VectorXd precision = fit_.prior_sd.array().square().inverse();
       const Eigen::VectorXd slope = fit_.total.b - precision.cwiseProduct(fit_.theta);
       Eigen::MatrixXd M = fit_.total.F;
@@ -307,6 +326,10 @@ class Climb {
         relaxation = step.dot(M * last_step) < 0.0 ? std::max(0.5 * relaxation, 0.1) : std::min(1.5 * relaxation, 1.0);
       step *= relaxation;
       last_step = step;
+      theta_before = fit_.theta;
+      noise_before = fit_.noise;
+      paths_before = paths;
+      event_scale_before = fit_.event_scale;
       parallel_for(paths.size(), options_.jobs, [&](std::size_t s) {
         fit_.smoothed[s] = smooth(fit_.stretches[s], fit_.noise, step);
         // Columns must not know the measurements that they explain: along the smoothed path they would, and noise alone
@@ -314,6 +337,9 @@ class Climb {
         paths[s] = fit_.smoothed[s].filtered;
         const std::size_t settling = std::min<std::size_t>(5, paths[s].size());
         std::copy_n(fit_.smoothed[s].state.begin(), settling, paths[s].begin());
+        if (path_share < 1.0)
+          for (std::size_t k = 0; k < paths[s].size(); ++k)
+            paths[s][k] = paths_before[s][k] + path_share * (paths[s][k] - paths_before[s][k]);
       });
       fit_.theta += step;
       moved = step.cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
@@ -396,7 +422,6 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   noise.sigma_w = x.head<3>().cwiseMax(like.least_sigma_w);
   noise.tau_s = std::clamp(x[kTauLevel], like.least_tau_s, like.longest_tau_s);
   noise.measurement_sd << x[4], x[4], x.segment<4>(5);
-  noise.measurement_sd = noise.measurement_sd.cwiseMax(like.least_measurement_sd);
   noise.wind_share = x[kWindLevel];
   return noise;
 }
@@ -446,12 +471,11 @@ Levels LevelProblem::minimize(const Levels& start, int most_iterations, Levels& 
   ceres::GradientProblemSolver::Options solver;
   solver.line_search_direction_type = ceres::BFGS;
   solver.max_num_iterations = most_iterations;
-  solver.gradient_tolerance = 0.05;  // standard errors from the best level
+  solver.gradient_tolerance = 0.1;  // nats by ln level: far below a standard error, where the slope is 1 and more
   solver.function_tolerance = 1e-9;
   solver.logging_type = ceres::SILENT;
   ceres::GradientProblemSolver::Summary summary;
   ceres::Solve(solver, problem, x.data(), &summary);
-  unit = cost->next_unit();
   return cost->levels(x.data());
 }
 

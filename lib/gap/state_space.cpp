@@ -159,16 +159,7 @@ void Filter::predict(std::size_t k) {
   offset.head<kShipStates>() = stretch_.steps[k].offset;
   for (int i = kErrorStart; i < kStates; ++i) offset[i] = A(i, i) * stretch_.path[k][i] - stretch_.path[k + 1][i];
   mean = A * mean + offset;
-  // A is full in its upper rows and diagonal below. Lazy products: for matrices this small, blocking costs more than it
-  // saves.
-  const Eigen::Matrix<double, kShipStates, kStates>& upper = stretch_.steps[k].A;
-  constexpr int kErrors = kStates - kErrorStart;
-  const Eigen::Matrix<double, kErrors, 1> decay = A.diagonal().tail<kErrors>();
-  const Eigen::Matrix<double, kShipStates, kStates> moved = upper.lazyProduct(covariance);
-  covariance.topLeftCorner<kShipStates, kShipStates>() = moved.lazyProduct(upper.transpose());
-  covariance.topRightCorner<kShipStates, kErrors>() = moved.rightCols<kErrors>() * decay.asDiagonal();
-  covariance.bottomLeftCorner<kErrors, kShipStates>() = covariance.topRightCorner<kShipStates, kErrors>().transpose();
-  covariance.bottomRightCorner<kErrors, kErrors>().array() *= (decay * decay.transpose()).array();
+  covariance = A * covariance * A.transpose();
   const Vec3<double> sigma = sigma_w(k + 1);
   for (int i = 0; i < 3; ++i)
     covariance(kErrorStart + i, kErrorStart + i) +=
@@ -178,7 +169,7 @@ void Filter::predict(std::size_t k) {
   covariance.topLeftCorner<kShipStates, kShipStates>() += timing * timing.transpose();
   covariance.diagonal().array() += kTiny;
   if (columns.cols() > 0) {
-    top_.noalias() = upper.lazyProduct(columns);
+    top_.noalias() = stretch_.steps[k].A * columns;
     columns.topRows<kShipStates>() = top_;
     for (int i = kErrorStart; i < kStates; ++i) columns.row(i) *= A(i, i);
   }
