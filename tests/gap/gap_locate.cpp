@@ -45,20 +45,3 @@ TEST_CASE("gap-locate: a large ship sampled faster than it moves is fitted to a 
   CHECK(findings.verdict == gap::Verdict::no_mismatch);
   for (int axis = 0; axis < 3; ++axis) CHECK(findings.fit.sigma_w[axis] < 0.01 * findings.fit.typical[axis]);
 }
-
-TEST_CASE("gap-locate: noise-free recordings of the simulator itself are no mismatch, with a current they are",
-          "[gap][long]") {
-  const Ship ship = read_ship("esso-osaka-3m");
-  const auto findings_of = [&](const Ship& truth) {
-    std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 2, 3, 200.0, 1.0, 0.0}, truth, {}, 0.0);
-    return gap::gap_locate(ship, recordings, {});
-  };
-  const gap::Findings same = findings_of(ship);
-  CAPTURE(same.detection.reason);
-  CHECK(same.fit.is_noise_free);
-  CHECK(same.verdict != gap::Verdict::mismatch);
-  Ship truth = ship;
-  truth.effects.push_back(
-      {"steady-current", {{"current_speed_mps", 0.05}, {"current_set_deg", 60.0}}, "ship.json", "/effects/0"});
-  CHECK(findings_of(truth).verdict == gap::Verdict::mismatch);
-}
