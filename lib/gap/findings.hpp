@@ -36,9 +36,6 @@ struct ParameterShift {
   double shift_sd = 0.0;  ///< ln(factor)/prior_log_sd
 };
 
-inline constexpr double kFarParameter_sd =
-    4.0;  ///< of what is stated: a parameter farther off stands for something else
-
 struct NullFit {
   std::vector<ParameterShift> parameters;
   Estimate actuator_lag;  ///< how much later than recorded the actuators moved, by the recordings' sampling time

@@ -14,9 +14,10 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kNotWhite = 0.25;       // autocorrelation of the innovations that the noise model should not leave
-constexpr double kErrsAsMuch = 0.7;      // model error by typical acceleration: then little is predicted at all
-constexpr double kErrorOfInputs = 0.05;  // by typical acceleration: what inputs between samples can make
+constexpr double kNotWhite = 0.25;        // autocorrelation of the innovations that the noise model should not leave
+constexpr double kErrsAsMuch = 0.7;       // model error by typical acceleration: then little is predicted at all
+constexpr double kErrorOfInputs = 0.05;   // by typical acceleration: what inputs between samples can make
+constexpr double kFarParameter_sd = 4.0;  // of what is stated: a parameter farther off stands for something else
 constexpr std::size_t kFewestSamples = 300;
 constexpr double kNearly = 5.0;  // p-values up to this times the rate of false alarms leave it open
 

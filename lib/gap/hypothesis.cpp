@@ -45,28 +45,14 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, double towards_d
     const EffectParameter& p = parameters_[i];
     const bool is_strength = std::isfinite(p.off) || std::isnan(p.otherwise);
     if (direction_ == i || !is_strength) continue;
-    switch (prior(p).kind) {
-      case Prior::Kind::rayleigh:
-        coordinates_.push_back({Kind::vector, i, prior(p)});
-        break;
-      case Prior::Kind::log_normal:
-        coordinates_.push_back({Kind::log_normal, i, prior(p)});
-        break;
-      case Prior::Kind::normal:
-        coordinates_.push_back({Kind::normal, i, prior(p)});
-        break;
-      case Prior::Kind::uniform:
-        coordinates_.push_back({Kind::uniform, i, prior(p)});
-        break;
-    }
+    coordinates_.push_back({i, prior(p)});
   }
   const bool has_vector =
-      std::any_of(coordinates_.begin(), coordinates_.end(), [](const Coordinate& c) { return c.kind == Kind::vector; });
-  if (direction_ && !has_vector)
-    coordinates_.push_back({Kind::direction, *direction_, prior(parameters_[*direction_])});
+      std::any_of(coordinates_.begin(), coordinates_.end(), [](const Coordinate& c) { return c.is_vector(); });
+  if (direction_ && !has_vector) coordinates_.push_back({*direction_, prior(parameters_[*direction_])});
   // Strengths that this ship does not have (one rudder of two) stay as they are.
   std::erase_if(coordinates_, [&](const Coordinate& c) {
-    if (c.kind == Kind::direction) return false;
+    if (is_direction(c.prior)) return false;
     std::vector<double> moved = base_;
     moved[c.parameter] = c.prior.median;
     try {
@@ -82,13 +68,13 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, double towards_d
 
 Eigen::Index FreeEffect::size() const {
   Eigen::Index n = 0;
-  for (const Coordinate& c : coordinates_) n += c.kind == Kind::vector ? 2 : 1;
+  for (const Coordinate& c : coordinates_) n += c.is_vector() ? 2 : 1;
   return n;
 }
 
 bool FreeEffect::has_bare_direction() const {
   return std::any_of(coordinates_.begin(), coordinates_.end(),
-                     [](const Coordinate& c) { return c.kind == Kind::direction; });
+                     [](const Coordinate& c) { return is_direction(c.prior); });
 }
 
 std::optional<Eigen::VectorXd> FreeEffect::neutral() const {
@@ -96,13 +82,13 @@ std::optional<Eigen::VectorXd> FreeEffect::neutral() const {
   Eigen::Index at = 0;
   for (const Coordinate& c : coordinates_) {
     const double off = parameters_[c.parameter].off;
-    if (c.kind == Kind::vector) {
+    if (c.is_vector()) {
       at += 2;
       continue;
     }
-    if (c.kind == Kind::normal)
+    if (c.prior.kind == Prior::Kind::normal)
       z[at] = (off - c.prior.median) / c.prior.sd;
-    else if (c.kind == Kind::log_normal)
+    else if (c.prior.kind == Prior::Kind::log_normal)
       z[at] = (std::log(off) - std::log(c.prior.median)) / c.prior.sd;
     else
       return std::nullopt;
@@ -113,16 +99,15 @@ std::optional<Eigen::VectorXd> FreeEffect::neutral() const {
 }
 
 double FreeEffect::value_of(const Coordinate& c, double z) const {
-  switch (c.kind) {
-    case Kind::direction:
-      return in_circle_deg(towards_deg_ + kDirectionUnit_deg * z);
-    case Kind::log_normal:
+  if (is_direction(c.prior)) return in_circle_deg(towards_deg_ + kDirectionUnit_deg * z);
+  switch (c.prior.kind) {
+    case Prior::Kind::log_normal:
       return std::clamp(c.prior.median * std::exp(c.prior.sd * z), c.prior.low, c.prior.high);
-    case Kind::normal:
+    case Prior::Kind::normal:
       return std::clamp(c.prior.median + c.prior.sd * z, c.prior.low, c.prior.high);
-    case Kind::uniform:
+    case Prior::Kind::uniform:
       return c.prior.low + (c.prior.high - c.prior.low) * 0.5 * std::erfc(-z / std::sqrt(2.0));
-    case Kind::vector:
+    case Prior::Kind::rayleigh:
       break;
   }
   return 0.0;
@@ -132,7 +117,7 @@ std::vector<double> FreeEffect::values(const Eigen::Ref<const Eigen::VectorXd>& 
   std::vector<double> result = base_;
   Eigen::Index at = 0;
   for (const Coordinate& c : coordinates_) {
-    if (c.kind == Kind::vector) {
+    if (c.is_vector()) {
       result[c.parameter] = std::min(c.prior.sd * std::hypot(z[at], z[at + 1]), c.prior.high);
       result[*direction_] = in_circle_deg(std::atan2(z[at + 1], z[at]) / kDegree);
       at += 2;
@@ -177,7 +162,7 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
   };
   for (const Coordinate& c : coordinates_) {
     add(c.parameter);
-    if (c.kind == Kind::vector) add(*direction_);
+    if (c.is_vector()) add(*direction_);
   }
   return result;
 }

@@ -45,11 +45,10 @@ class FreeEffect {
   std::vector<Parameter> parameters(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const;
 
  private:
-  enum class Kind { vector, direction, log_normal, normal, uniform };
   struct Coordinate {
-    Kind kind;
     std::size_t parameter;  ///< the speed, for a vector, whose direction is `direction_`
     Prior prior;
+    bool is_vector() const { return prior.kind == Prior::Kind::rayleigh; }
   };
   double value_of(const Coordinate& coordinate, double z) const;
 

@@ -28,7 +28,6 @@ constexpr double kLeastError = 0.005;       // of the typical acceleration: step
 constexpr double kEventBlock_s = 10.0;      // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
-constexpr int kMostFallbacks = 8;                   // from steps that led where the simulator runs away
 constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
 constexpr double kFarLevel = 40.0;                  // nothing is e^40 of its unit
 
@@ -49,7 +48,7 @@ Noise first_noise(const Campaign& campaign) {
   noise.least_tau_s = 4.0 * scale;
   noise.longest_tau_s = 40.0 * scale;
   noise.wind_tau_s = 15.0 * scale;
-  // No recording says more: inputs between samples, and the steps of the grid, are no better known than this.
+  // Sensors show more than this, sampled inputs leave more.
   noise.least_measurement_sd << 1e-3 * std::sqrt(scale), 1e-3 * std::sqrt(scale), 0.02 * kDegree, 4e-4 * scale,
       4e-4 * scale, 0.01 * kDegree / scale;
   const Vec6 least = (Vec6() << 1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-5).finished();
@@ -66,23 +65,18 @@ Noise first_noise(const Campaign& campaign) {
   return noise;
 }
 
-// A LevelProblem as Ceres sees it: steps of the free levels from `at`, in units in which the curvature is about 1,
-// since BFGS begins with the unit matrix.
+// A LevelProblem as Ceres sees it: the free levels alone.
 class LevelCost final : public ceres::FirstOrderFunction {
  public:
-  LevelCost(const LevelProblem& problem, const Levels& at, const Levels& unit)
-      : problem_(problem), at_(at), unit_(unit) {}
+  LevelCost(const LevelProblem& problem, const Levels& at) : problem_(problem), at_(at) {}
 
   int NumParameters() const override { return static_cast<int>(problem_.free.size()); }
 
   Levels levels(const double* parameters) const {
     Levels h = at_;
-    for (std::size_t i = 0; i < problem_.free.size(); ++i)
-      h[problem_.free[i]] += unit_[problem_.free[i]] * parameters[i];
+    for (std::size_t i = 0; i < problem_.free.size(); ++i) h[problem_.free[i]] = parameters[i];
     return h;
   }
-  /// The units that the curvature at the last point suggests.
-  const Levels& next_unit() const { return next_unit_; }
 
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
     const Levels h = levels(parameters);
@@ -94,19 +88,14 @@ class LevelCost final : public ceres::FirstOrderFunction {
     const std::vector<double> costs = problem_.costs(points);
     *cost = costs[0];
     if (gradient != nullptr)
-      for (std::size_t i = 0; i < problem_.free.size(); ++i) {
-        const int level = problem_.free[i];
-        gradient[i] = unit_[level] * (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
-        const double curvature = (costs[1 + 2 * i] + costs[2 + 2 * i] - 2.0 * costs[0]) / (kDifference * kDifference);
-        next_unit_[level] = 1.0 / std::sqrt(std::clamp(curvature, 1.0, 1e6));
-      }
+      for (std::size_t i = 0; i < problem_.free.size(); ++i)
+        gradient[i] = (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
     return std::isfinite(*cost);
   }
 
  private:
   const LevelProblem& problem_;
-  const Levels at_, unit_;
-  mutable Levels next_unit_ = Levels::Ones();
+  const Levels at_;
 };
 
 Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
@@ -270,29 +259,11 @@ class Climb {
   /// Outliers and events are judged on the way only where `judges`, so that hypotheses are compared on the same data.
   bool to_rest(int most_iterations, bool judges, bool gives_up = false) {
     double moved = 1.0, noise_moved = 1.0, relaxation = 1.0, nearest = 1e300;
-    Eigen::VectorXd last_step = Eigen::VectorXd::Zero(fit_.theta.size()), theta_before = fit_.theta;
-    Noise noise_before = fit_.noise;
-    std::vector<std::vector<StateVector>> paths_before = paths;
-    std::vector<std::vector<Vec3<double>>> event_scale_before = fit_.event_scale;
-    int fallbacks = 0;
-    double path_share = 1.0;  // of the way from the old paths to the new ones
+    Eigen::VectorXd last_step = Eigen::VectorXd::Zero(fit_.theta.size());
     for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
       linearize_all();
       fit_.total = levels().total(fit_.noise);
-      if (!std::isfinite(fit_.total.log_likelihood)) {
-        // The last step led parameters or paths where the simulator runs away: a shorter one from where it was taken.
-        if (iteration == 0) throw NumericalError(diverged());
-        fit_.theta = theta_before;
-        fit_.noise = noise_before;
-        paths = paths_before;
-        fit_.event_scale = event_scale_before;
-        relaxation = std::max(0.3 * relaxation, 0.01);
-        path_share = 0.5 * path_share;
-        last_step.setZero();
-        linearize_all();
-        fit_.total = levels().total(fit_.noise);
-        if (++fallbacks > kMostFallbacks) return false;
-      }
+      if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError(diverged());
       const Eigen::VectorXd precision = fit_.prior_sd.array().square().inverse();
       const Eigen::VectorXd slope = fit_.total.b - precision.cwiseProduct(fit_.theta);
       Eigen::MatrixXd M = fit_.total.F;
@@ -308,7 +279,7 @@ class Climb {
       // Noise levels, once the path has been smoothed for the first time.
       if ((!judges || iteration > 0) && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
         const Levels before = levels_of(fit_.noise);
-        fit_.noise = noise_of(levels().minimize(before, iteration < 3 ? 5 : 10, fit_.level_unit), fit_.noise);
+        fit_.noise = noise_of(levels().minimize(before, iteration < 3 ? 5 : 10), fit_.noise);
         noise_moved = (levels_of(fit_.noise) - before).cwiseAbs().maxCoeff();
         fit_.total = levels().total(fit_.noise);
       }
@@ -326,10 +297,6 @@ class Climb {
         relaxation = step.dot(M * last_step) < 0.0 ? std::max(0.5 * relaxation, 0.1) : std::min(1.5 * relaxation, 1.0);
       step *= relaxation;
       last_step = step;
-      theta_before = fit_.theta;
-      noise_before = fit_.noise;
-      paths_before = paths;
-      event_scale_before = fit_.event_scale;
       parallel_for(paths.size(), options_.jobs, [&](std::size_t s) {
         fit_.smoothed[s] = smooth(fit_.stretches[s], fit_.noise, step);
         // Columns must not know the measurements that they explain: along the smoothed path they would, and noise alone
@@ -337,9 +304,6 @@ class Climb {
         paths[s] = fit_.smoothed[s].filtered;
         const std::size_t settling = std::min<std::size_t>(5, paths[s].size());
         std::copy_n(fit_.smoothed[s].state.begin(), settling, paths[s].begin());
-        if (path_share < 1.0)
-          for (std::size_t k = 0; k < paths[s].size(); ++k)
-            paths[s][k] = paths_before[s][k] + path_share * (paths[s][k] - paths_before[s][k]);
       });
       fit_.theta += step;
       moved = step.cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
@@ -464,9 +428,10 @@ Evidence LevelProblem::total(const Noise& noise) const {
   return sum;
 }
 
-Levels LevelProblem::minimize(const Levels& start, int most_iterations, Levels& unit) const {
-  std::vector<double> x(free.size(), 0.0);
-  LevelCost* const cost = new LevelCost(*this, start, unit);
+Levels LevelProblem::minimize(const Levels& start, int most_iterations) const {
+  std::vector<double> x;
+  for (const int i : free) x.push_back(start[i]);
+  LevelCost* const cost = new LevelCost(*this, start);
   const ceres::GradientProblem problem(cost);  // takes the cost
   ceres::GradientProblemSolver::Options solver;
   solver.line_search_direction_type = ceres::BFGS;
@@ -480,10 +445,10 @@ Levels LevelProblem::minimize(const Levels& start, int most_iterations, Levels& 
 }
 
 double LevelProblem::gradient(const Levels& at) const {
-  const std::vector<double> x(free.size(), 0.0);
-  std::vector<double> slope(free.size());
+  std::vector<double> x, slope(free.size());
+  for (const int i : free) x.push_back(at[i]);
   double value = 0.0;
-  LevelCost(*this, at, Levels::Ones()).Evaluate(x.data(), &value, slope.data());
+  LevelCost(*this, at).Evaluate(x.data(), &value, slope.data());
   double largest = 0.0;
   for (std::size_t i = 0; i < free.size(); ++i) {
     const double level = std::exp(at[free[i]]);

@@ -23,7 +23,7 @@ struct FittedNull {
   std::vector<std::vector<Vec3<double>>> event_scale;  ///< of each stretch, as LinearStretch has it
   Evidence total;                                      ///< about theta, at the end
   Eigen::VectorXd prior_sd;                            ///< of theta: UncertainParameter::tolerated_sd
-  Levels level_prior_mean, level_prior_sd, level_unit = Levels::Ones();
+  Levels level_prior_mean, level_prior_sd;
   NullFit report;
 };
 
@@ -91,8 +91,7 @@ struct LevelProblem {
   /// Sum of evidence() over the stretches, on several threads.
   Evidence total(const Noise& noise) const;
   /// The best levels near `start`, by BFGS with central differences.
-  ///   unit  by level: a step after which the cost bends; renewed for the next time
-  Levels minimize(const Levels& start, int most_iterations, Levels& unit) const;
+  Levels minimize(const Levels& start, int most_iterations) const;
   /// Largest derivative of the cost by a free level that is not at a bound.
   double gradient(const Levels& at) const;
 
