@@ -61,7 +61,8 @@ Refit refit(const Campaign& campaign, const FittedNull& fit, const EffectLibrary
   if (campaign.has_wind) problem.free.push_back(kWindLevel);
   problem.theta.head(p) = fit.theta;
   problem.prior_sd.head(p) = wide_sd;
-  const Levels h = problem.minimize(levels_of(fit.noise), 10);
+  Levels unit = fit.level_unit;
+  const Levels h = problem.minimize(levels_of(fit.noise), 10, unit);
 
   const auto project_at = [&](const Levels& levels) {
     return project(problem.total(noise_of(levels, fit.noise)), fit.theta, wide_sd);

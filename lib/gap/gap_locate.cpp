@@ -122,8 +122,8 @@ void add_notices(Findings& findings, const Campaign& campaign, const EffectLibra
   const NullFit& fit = findings.fit;
   if (findings.grossly_inconsistent)
     notices.push_back(fmt::format(
-        "grossly inconsistent: parameters moved by more than {:.0f} prior sd, and no effect of the catalogue "
-        "brings them back; are these recordings of the ship '{}'?",
+        "parameters moved by more than {:.0f} sd of what is stated, and no effect of the catalogue brings them back; "
+        "are these recordings of the ship '{}'?",
         kFarParameter_sd, campaign.ship.name));
   for (const Trajectory& recording : campaign.recordings)
     for (const std::string& sentence : suspect_actuators(recording))

@@ -17,19 +17,22 @@ namespace {
 
 constexpr double kOutlier = 6.0;            // sd of the innovation
 constexpr double kThetaAtRest = 0.02;       // of a prior sd
-constexpr double kNear = 0.3, kFar = 1.5;   // distance from the best parameters in their posterior sd
+constexpr double kNear = 0.3, kFar = 3.0;   // distance from the best parameters in their posterior sd
 constexpr double kNoiseAtRest = 0.03;       // of ln level
 constexpr double kLargestStep = 0.3;        // of theta in one iteration
 constexpr double kLargestEffectStep = 1.0;  // of a coordinate
 constexpr double kLongestStart = 3.0;       // of a coordinate, by the first linear step
-constexpr double kCoordinateStep = 0.01;    // for derivatives by coordinates of effects
-constexpr double kDifference = 0.02;        // for derivatives by ln level
-constexpr double kLeastError = 0.005;       // of the typical acceleration: steps, means and inputs are no better
-constexpr double kEventBlock_s = 10.0;      // at 3 m
+constexpr double kLeastDamping = 0.3, kMostDamping = 20.0, kDampingFactor = 4.0;
+constexpr double kLeastGain = 0.01;       // of the log posterior by a step
+constexpr double kNearer = 0.8;           // or so much nearer to where its slope vanishes
+constexpr double kCoordinateStep = 0.01;  // for derivatives by coordinates of effects
+constexpr double kDifference = 0.02;      // for derivatives by ln level
+constexpr double kLeastError = 0.005;     // of the typical acceleration: steps, means and inputs are no better
+constexpr double kEventBlock_s = 10.0;    // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
 constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
-constexpr double kFarLevel = 40.0;                  // nothing is e^40 of its unit
+constexpr double kLevelReach = 1.5;                 // of ln level: the paths are renewed before one goes farther
 
 double robust_sd(std::vector<double> x) {
   if (x.empty()) return 0.0;
@@ -65,22 +68,27 @@ Noise first_noise(const Campaign& campaign) {
   return noise;
 }
 
-// A LevelProblem as Ceres sees it: the free levels alone.
+// A LevelProblem as Ceres sees it: steps of the free levels from `at`, in units in which the curvature is about 1,
+// since BFGS begins with the unit matrix.
 class LevelCost final : public ceres::FirstOrderFunction {
  public:
-  LevelCost(const LevelProblem& problem, const Levels& at) : problem_(problem), at_(at) {}
+  LevelCost(const LevelProblem& problem, const Levels& at, const Levels& unit)
+      : problem_(problem), at_(at), unit_(unit) {}
 
   int NumParameters() const override { return static_cast<int>(problem_.free.size()); }
 
   Levels levels(const double* parameters) const {
     Levels h = at_;
-    for (std::size_t i = 0; i < problem_.free.size(); ++i) h[problem_.free[i]] = parameters[i];
+    for (std::size_t i = 0; i < problem_.free.size(); ++i)
+      h[problem_.free[i]] += unit_[problem_.free[i]] * parameters[i];
     return h;
   }
+  /// The units that the curvature at the last point suggests.
+  const Levels& next_unit() const { return next_unit_; }
 
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
     const Levels h = levels(parameters);
-    if (!h.allFinite() || h.cwiseAbs().maxCoeff() > kFarLevel) return false;
+    if (!h.allFinite() || (h - at_).cwiseAbs().maxCoeff() > kLevelReach) return false;
     std::vector<Levels> points{h};
     if (gradient != nullptr)
       for (const int i : problem_.free)
@@ -88,14 +96,19 @@ class LevelCost final : public ceres::FirstOrderFunction {
     const std::vector<double> costs = problem_.costs(points);
     *cost = costs[0];
     if (gradient != nullptr)
-      for (std::size_t i = 0; i < problem_.free.size(); ++i)
-        gradient[i] = (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
+      for (std::size_t i = 0; i < problem_.free.size(); ++i) {
+        const int level = problem_.free[i];
+        gradient[i] = unit_[level] * (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
+        const double curvature = (costs[1 + 2 * i] + costs[2 + 2 * i] - 2.0 * costs[0]) / (kDifference * kDifference);
+        next_unit_[level] = 1.0 / std::sqrt(std::clamp(curvature, 1.0, 1e6));
+      }
     return std::isfinite(*cost);
   }
 
  private:
   const LevelProblem& problem_;
-  const Levels at_;
+  const Levels at_, unit_;
+  mutable Levels next_unit_ = Levels::Ones();
 };
 
 Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
@@ -219,10 +232,9 @@ class Climb {
  public:
   Climb(Campaign& campaign, FittedNull& fit, const Hypothesis& hypothesis, const FitOptions& options)
       : campaign_(campaign), fit_(fit), hypothesis_(hypothesis), options_(options) {
-    for (const Stretch& stretch : campaign.stretches) paths.push_back(measured_path(stretch));
-    fit.stretches.resize(paths.size());
-    fit.smoothed.resize(paths.size());
-    fit.event_scale.resize(paths.size());
+    fit.stretches.resize(campaign.stretches.size());
+    fit.smoothed.resize(campaign.stretches.size());
+    fit.event_scale.resize(campaign.stretches.size());
     if (campaign.has_wind) free_levels_.push_back(kWindLevel);
   }
 
@@ -238,75 +250,56 @@ class Climb {
             fit_.level_prior_sd,      free_levels_, options_.jobs};
   }
 
-  void linearize_all() {
+  /// Renews stretches and total at theta, from stretches near by.
+  void linearize_all(const std::vector<LinearStretch>& before) {
     const Eigen::Index effects = fit_.effects;
     const Eigen::VectorXd plain = plain_of(fit_.theta, effects);
     const EffectColumns columns(campaign_, hypothesis_, fit_.theta.segment(plain.size() - 1, effects), plain);
     const double delay_s = columns.rudder_delay_s();
-    parallel_for(paths.size(), options_.jobs, [&](std::size_t s) {
+    parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
       Stretch& stretch = campaign_.stretches[s];
       if (delay_s != delay_s_)
         set_inputs(stretch, campaign_.recorded_inputs[stretch.recording], campaign_.ship, delay_s);
-      fit_.stretches[s] = linearize(columns.ship(), stretch, paths[s], plain);
+      if (before[s].data == nullptr)
+        fit_.stretches[s] = linearize(columns.ship(), stretch, measured_path(stretch), plain);
+      else
+        fit_.stretches[s] = linearize_filtered(columns.ship(), before[s], fit_.noise, fit_.event_scale[s], plain);
       if (effects > 0) columns.add_to(fit_.stretches[s]);
-      fit_.stretches[s].event_scale = fit_.event_scale[s];
     });
     delay_s_ = delay_s;
     fit_.noise.least_sigma_w = kLeastError * typical_acceleration(fit_.stretches);
+    fit_.total = levels().total(fit_.noise);
   }
 
-  /// Goes on until the steps rest or are too many, or, where it `gives_up`, lead away; returns whether they rest.
+  /// Goes on until the steps rest or are too many; returns whether they rest.
   /// Outliers and events are judged on the way only where `judges`, so that hypotheses are compared on the same data.
-  bool to_rest(int most_iterations, bool judges, bool gives_up = false) {
-    double moved = 1.0, noise_moved = 1.0, relaxation = 1.0, nearest = 1e300;
-    Eigen::VectorXd last_step = Eigen::VectorXd::Zero(fit_.theta.size());
+  bool to_rest(int most_iterations, bool judges) {
+    double moved = 1.0, noise_moved = 1.0, damping = 0.0;
     for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
-      linearize_all();
-      fit_.total = levels().total(fit_.noise);
+      linearize_all(fit_.stretches);
       if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError(diverged());
-      const Eigen::VectorXd precision = fit_.prior_sd.array().square().inverse();
-      const Eigen::VectorXd slope = fit_.total.b - precision.cwiseProduct(fit_.theta);
-      Eigen::MatrixXd M = fit_.total.F;
-      M.diagonal() += precision;
+      const Eigen::VectorXd slope = slope_now();
       double& distance = fit_.report.distance;
       fit_.report.gradient = slope.cwiseProduct(fit_.prior_sd).cwiseAbs().maxCoeff();
-      distance = std::sqrt(std::max(0.0, slope.dot(M.llt().solve(slope))));
-      const bool rests = iteration > 1 && moved < kThetaAtRest && noise_moved < kNoiseAtRest && distance < kFar;
-      if ((rests && distance < kNear) || iteration == most_iterations) return rests;
-      if (gives_up && distance > 2.0 * nearest + 1.0) return false;
-      nearest = std::min(nearest, distance);
+      distance = distance_now();
+      const bool stands = iteration > 1 && moved < kThetaAtRest && noise_moved < kNoiseAtRest;
+      if ((stands && (distance < kNear || moved == 0.0)) || iteration == most_iterations)
+        return stands && distance < kFar;
 
       // Noise levels, once the path has been smoothed for the first time.
       if ((!judges || iteration > 0) && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
         const Levels before = levels_of(fit_.noise);
-        fit_.noise = noise_of(levels().minimize(before, iteration < 3 ? 5 : 10), fit_.noise);
+        fit_.noise = noise_of(levels().minimize(before, iteration < 3 ? 5 : 10, fit_.level_unit), fit_.noise);
         noise_moved = (levels_of(fit_.noise) - before).cwiseAbs().maxCoeff();
         fit_.total = levels().total(fit_.noise);
       }
-      M = fit_.total.F;
-      M.diagonal() += precision;
-      Eigen::VectorXd step = M.llt().solve(fit_.total.b - precision.cwiseProduct(fit_.theta));
-      // The last one, the timing, is no logarithm.
-      const Eigen::Index effects = fit_.effects, coefficients = step.size() - 1 - effects;
-      double too_long = std::max(1.0, step.head(coefficients).cwiseAbs().maxCoeff() / kLargestStep);
-      if (effects > 0)
-        too_long = std::max(too_long, step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kLargestEffectStep);
-      step /= too_long;
-      // Kinks of the model let full steps jump to and fro; steps that go on the same way may be longer.
-      if (iteration > 3)
-        relaxation = step.dot(M * last_step) < 0.0 ? std::max(0.5 * relaxation, 0.1) : std::min(1.5 * relaxation, 1.0);
-      step *= relaxation;
-      last_step = step;
-      parallel_for(paths.size(), options_.jobs, [&](std::size_t s) {
-        fit_.smoothed[s] = smooth(fit_.stretches[s], fit_.noise, step);
-        // Columns must not know the measurements that they explain: along the smoothed path they would, and noise alone
-        // would look like an effect. The first points, where the filter settles, matter little.
-        paths[s] = fit_.smoothed[s].filtered;
-        const std::size_t settling = std::min<std::size_t>(5, paths[s].size());
-        std::copy_n(fit_.smoothed[s].state.begin(), settling, paths[s].begin());
+      // The first path is that of the measurements, with which nothing can be compared.
+      moved = step(damping, judges && iteration == 0).cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
+      parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
+        fit_.smoothed[s] = smooth(fit_.stretches[s], fit_.noise, Eigen::VectorXd::Zero(fit_.theta.size()));
+        const std::size_t settling = std::min(kSettling, fit_.smoothed[s].state.size());
+        std::copy_n(fit_.smoothed[s].state.begin(), settling, fit_.stretches[s].path.begin());
       });
-      fit_.theta += step;
-      moved = step.cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
       if (judges && iteration > 1 && iteration < kEventsSettled) find_events(fit_, campaign_);
       // Once more when events no longer hide them.
       if (judges && (iteration == 2 || iteration == 6)) leave_out_outliers();
@@ -325,14 +318,12 @@ class Climb {
     delay_s_ = own_s;
   }
 
-  std::vector<std::vector<StateVector>> paths;
-
  private:
   // Which recording the simulator cannot follow at all.
   std::string diverged() const {
     std::string text =
         "the simulator runs away along the recordings, whose inputs or states are far from what it knows";
-    for (std::size_t s = 0; s < paths.size(); ++s)
+    for (std::size_t s = 0; s < fit_.stretches.size(); ++s)
       if (!std::isfinite(evidence(fit_.stretches[s], fit_.noise).log_likelihood)) {
         const Stretch& stretch = campaign_.stretches[s];
         text = fmt::format("{}: {} between {:.4g} and {:.4g} s", campaign_.recordings[stretch.recording].file, text,
@@ -343,8 +334,62 @@ class Climb {
     return text;
   }
 
+  Eigen::VectorXd precision() const { return fit_.prior_sd.array().square().inverse(); }
+  Eigen::VectorXd slope_now() const { return fit_.total.b - precision().cwiseProduct(fit_.theta); }
+  Eigen::MatrixXd curvature_now() const {
+    Eigen::MatrixXd M = fit_.total.F;
+    M.diagonal() += precision();
+    return M;
+  }
+  // From where the slope vanishes, in posterior standard deviations.
+  double distance_now() const {
+    const Eigen::VectorXd slope = slope_now();
+    return std::sqrt(std::max(0.0, slope.dot(curvature_now().llt().solve(slope))));
+  }
+  double log_posterior() const {
+    return fit_.total.log_likelihood - 0.5 * fit_.theta.dot(precision().cwiseProduct(fit_.theta));
+  }
+
+  // A damped step of theta (Levenberg 1944, Marquardt 1963) that makes what was recorded no less likely, unless
+  // `anyhow`; zero where there is none. Kinks of the model, and a filter that gets to know other paths, let full steps
+  // lead away.
+  Eigen::VectorXd step(double& damping, bool anyhow) {
+    const Eigen::VectorXd theta = fit_.theta, slope = slope_now();
+    const Eigen::MatrixXd M = curvature_now();
+    const Evidence total = fit_.total;
+    const double before = log_posterior(), distance = distance_now();
+    std::vector<LinearStretch> stretches(fit_.stretches.size());
+    std::swap(stretches, fit_.stretches);
+    // The last one, the timing, is no logarithm.
+    const Eigen::Index effects = fit_.effects, coefficients = theta.size() - 1 - effects;
+    for (;;) {
+      Eigen::MatrixXd damped = M;
+      damped.diagonal() *= 1.0 + damping;
+      Eigen::VectorXd step = damped.llt().solve(slope);
+      double too_long = std::max(1.0, step.head(coefficients).cwiseAbs().maxCoeff() / kLargestStep);
+      if (effects > 0)
+        too_long = std::max(too_long, step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kLargestEffectStep);
+      step /= too_long;
+      fit_.theta = theta + step;
+      linearize_all(stretches);
+      // Neither, where the simulator runs away.
+      const bool is_better = log_posterior() > before + kLeastGain || distance_now() < kNearer * distance;
+      if (is_better || (anyhow && std::isfinite(fit_.total.log_likelihood))) {
+        damping = damping > kLeastDamping ? damping / kDampingFactor : 0.0;
+        return step;
+      }
+      damping = std::max(kDampingFactor * damping, kLeastDamping);
+      if (damping > kMostDamping) break;
+    }
+    damping = kLeastDamping;
+    fit_.theta = theta;
+    fit_.total = total;
+    std::swap(stretches, fit_.stretches);
+    return Eigen::VectorXd::Zero(theta.size());
+  }
+
   void leave_out_outliers() {
-    for (std::size_t s = 0; s < paths.size(); ++s)
+    for (std::size_t s = 0; s < fit_.stretches.size(); ++s)
       for (std::size_t k = 1; k < campaign_.stretches[s].size(); ++k)
         for (int i = 0; i < kShipStates; ++i)
           if (std::abs(fit_.smoothed[s].innovations[k][i]) > kOutlier) {
@@ -386,6 +431,7 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   noise.sigma_w = x.head<3>().cwiseMax(like.least_sigma_w);
   noise.tau_s = std::clamp(x[kTauLevel], like.least_tau_s, like.longest_tau_s);
   noise.measurement_sd << x[4], x[4], x.segment<4>(5);
+  noise.measurement_sd = noise.measurement_sd.cwiseMax(like.least_measurement_sd);
   noise.wind_share = x[kWindLevel];
   return noise;
 }
@@ -428,27 +474,27 @@ Evidence LevelProblem::total(const Noise& noise) const {
   return sum;
 }
 
-Levels LevelProblem::minimize(const Levels& start, int most_iterations) const {
-  std::vector<double> x;
-  for (const int i : free) x.push_back(start[i]);
-  LevelCost* const cost = new LevelCost(*this, start);
+Levels LevelProblem::minimize(const Levels& start, int most_iterations, Levels& unit) const {
+  std::vector<double> x(free.size(), 0.0);
+  LevelCost* const cost = new LevelCost(*this, start, unit);
   const ceres::GradientProblem problem(cost);  // takes the cost
   ceres::GradientProblemSolver::Options solver;
   solver.line_search_direction_type = ceres::BFGS;
   solver.max_num_iterations = most_iterations;
-  solver.gradient_tolerance = 0.1;  // nats by ln level: far below a standard error, where the slope is 1 and more
+  solver.gradient_tolerance = 0.05;  // standard errors from the best level
   solver.function_tolerance = 1e-9;
   solver.logging_type = ceres::SILENT;
   ceres::GradientProblemSolver::Summary summary;
   ceres::Solve(solver, problem, x.data(), &summary);
+  unit = cost->next_unit();
   return cost->levels(x.data());
 }
 
 double LevelProblem::gradient(const Levels& at) const {
-  std::vector<double> x, slope(free.size());
-  for (const int i : free) x.push_back(at[i]);
+  const std::vector<double> x(free.size(), 0.0);
+  std::vector<double> slope(free.size());
   double value = 0.0;
-  LevelCost(*this, at).Evaluate(x.data(), &value, slope.data());
+  LevelCost(*this, at, Levels::Ones()).Evaluate(x.data(), &value, slope.data());
   double largest = 0.0;
   for (std::size_t i = 0; i < free.size(); ++i) {
     const double level = std::exp(at[free[i]]);
@@ -542,11 +588,12 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   const NullFit as_stated = fit.report;
   const Eigen::VectorXd theta = fit.theta;
   const Noise noise = fit.noise;
-  const std::vector<std::vector<StateVector>> paths = climb.paths;
+  std::vector<std::vector<StateVector>> paths;
+  for (const LinearStretch& stretch : fit.stretches) paths.push_back(stretch.path);
   // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
   // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
   fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
-  fit.report.converged = climb.to_rest(options.most_iterations / 2, false, true);
+  fit.report.converged = climb.to_rest(options.most_iterations / 2, false);
   if (!fit.report.converged) {
     const int iterations = fit.report.iterations;
     fit.report = as_stated;
@@ -554,9 +601,8 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     fit.report.converged = rests_as_stated;
     fit.theta = theta;
     fit.noise = noise;
-    climb.paths = paths;
-    climb.linearize_all();
-    fit.total = climb.levels().total(fit.noise);
+    for (std::size_t s = 0; s < paths.size(); ++s) fit.stretches[s].path = std::move(paths[s]);
+    climb.linearize_all(fit.stretches);
   }
   finish(campaign, climb, options.jobs, fit);
   return fit;
@@ -577,7 +623,6 @@ FittedNull fit_with(Campaign& campaign, const FittedNull& null, const Hypothesis
   fit.report = NullFit();
   fit.report.outliers = null.report.outliers;
   Climb climb(campaign, fit, hypothesis, options);
-  for (std::size_t s = 0; s < climb.paths.size(); ++s) climb.paths[s] = null.stretches[s].path;
   fit.report.converged = climb.to_rest(options.most_iterations, false);
   finish(campaign, climb, options.jobs, fit);
   climb.restore_inputs();

@@ -18,12 +18,12 @@ struct FittedNull {
   Eigen::VectorXd theta;     ///< ln of the factors, then coordinates of effects that are fitted, then the timing
   Eigen::Index effects = 0;  ///< number of the coordinates
   Noise noise;
-  std::vector<LinearStretch> stretches;  ///< linearized at theta along the smoothed paths
+  std::vector<LinearStretch> stretches;  ///< linearized at theta along the filtered paths
   std::vector<Smoothed> smoothed;
   std::vector<std::vector<Vec3<double>>> event_scale;  ///< of each stretch, as LinearStretch has it
   Evidence total;                                      ///< about theta, at the end
   Eigen::VectorXd prior_sd;                            ///< of theta: UncertainParameter::tolerated_sd
-  Levels level_prior_mean, level_prior_sd;
+  Levels level_prior_mean, level_prior_sd, level_unit = Levels::Ones();
   NullFit report;
 };
 
@@ -91,7 +91,8 @@ struct LevelProblem {
   /// Sum of evidence() over the stretches, on several threads.
   Evidence total(const Noise& noise) const;
   /// The best levels near `start`, by BFGS with central differences.
-  Levels minimize(const Levels& start, int most_iterations) const;
+  ///   unit  by level: a step after which the cost bends; renewed for the next time
+  Levels minimize(const Levels& start, int most_iterations, Levels& unit) const;
   /// Largest derivative of the cost by a free level that is not at a bound.
   double gradient(const Levels& at) const;
 

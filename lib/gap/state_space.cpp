@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <ceres/jet.h>
@@ -69,52 +70,6 @@ std::vector<StateVector> measured_path(const Stretch& stretch) {
   return path;
 }
 
-LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,
-                        const Eigen::VectorXd& theta) {
-  LinearStretch result;
-  result.data = &stretch;
-  result.path = std::move(path);
-  result.steps.resize(stretch.size() - 1);
-  result.initial_sd = initial_sd(ship);
-  const Eigen::Index p = theta.size() - 1, timing = p, passes = (kStates + p + kDirections - 1) / kDirections;
-  for (LinearStep& step : result.steps) step.G.resize(kShipStates, p + 1);
-  for (Eigen::Index pass = 0; pass < passes; ++pass) {
-    const Eigen::Index first = pass * kDirections;  // among (x, theta)
-    Eigen::Matrix<Dual, Eigen::Dynamic, 1> dual_theta = theta.head(p).cast<Dual>();
-    for (Eigen::Index j = 0; j < p; ++j)
-      if (const Eigen::Index d = kStates + j - first; d >= 0 && d < kDirections) dual_theta[j].v[d] = 1.0;
-    Model<Dual> model(ship);
-    apply_uncertainty(model, dual_theta);
-    for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
-      Eigen::Matrix<Dual, kStates, 1> x = result.path[k].cast<Dual>();
-      for (Eigen::Index j = 0; j < kStates; ++j)
-        if (const Eigen::Index d = j - first; d >= 0 && d < kDirections) x[j].v[d] = 1.0;
-      const Eigen::Matrix<Dual, kShipStates, 1> y =
-          advance<Dual>(model, x, stretch.inputs[k], stretch.dt_s(k) / static_cast<double>(stretch.inputs[k].size()));
-      LinearStep& step = result.steps[k];
-      for (int i = 0; i < kShipStates; ++i) {
-        step.offset[i] = y[i].a - result.path[k + 1][i];
-        for (Eigen::Index d = 0; d < kDirections && first + d < kStates + p; ++d)
-          if (first + d < kStates)
-            step.A(i, first + d) = y[i].v[d];
-          else
-            step.G(i, first + d - kStates) = y[i].v[d];
-      }
-    }
-  }
-  Model<double> model(ship);
-  apply_uncertainty(model, theta);
-  for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
-    LinearStep& step = result.steps[k];
-    const double h = stretch.dt_s(k) / static_cast<double>(stretch.inputs[k].size());
-    step.G.col(timing) = advance<double>(model, result.path[k], stretch.late_inputs[k], h) -
-                         advance<double>(model, result.path[k], stretch.inputs[k], h);
-    step.offset += theta[timing] * step.G.col(timing);
-  }
-  result.mean_offset = mean_offsets(model, stretch, result.path);
-  return result;
-}
-
 Evidence& Evidence::operator+=(const Evidence& other) {
   log_likelihood += other.log_likelihood;
   b += other.b;
@@ -159,7 +114,16 @@ void Filter::predict(std::size_t k) {
   offset.head<kShipStates>() = stretch_.steps[k].offset;
   for (int i = kErrorStart; i < kStates; ++i) offset[i] = A(i, i) * stretch_.path[k][i] - stretch_.path[k + 1][i];
   mean = A * mean + offset;
-  covariance = A * covariance * A.transpose();
+  // A is full in its upper rows and diagonal below. Lazy products: for matrices this small, blocking costs more than it
+  // saves.
+  const Eigen::Matrix<double, kShipStates, kStates>& upper = stretch_.steps[k].A;
+  constexpr int kErrors = kStates - kErrorStart;
+  const Eigen::Matrix<double, kErrors, 1> decay = A.diagonal().tail<kErrors>();
+  const Eigen::Matrix<double, kShipStates, kStates> moved = upper.lazyProduct(covariance);
+  covariance.topLeftCorner<kShipStates, kShipStates>() = moved.lazyProduct(upper.transpose());
+  covariance.topRightCorner<kShipStates, kErrors>() = moved.rightCols<kErrors>() * decay.asDiagonal();
+  covariance.bottomLeftCorner<kErrors, kShipStates>() = covariance.topRightCorner<kShipStates, kErrors>().transpose();
+  covariance.bottomRightCorner<kErrors, kErrors>().array() *= (decay * decay.transpose()).array();
   const Vec3<double> sigma = sigma_w(k + 1);
   for (int i = 0; i < 3; ++i)
     covariance(kErrorStart + i, kErrorStart + i) +=
@@ -169,10 +133,84 @@ void Filter::predict(std::size_t k) {
   covariance.topLeftCorner<kShipStates, kShipStates>() += timing * timing.transpose();
   covariance.diagonal().array() += kTiny;
   if (columns.cols() > 0) {
-    top_.noalias() = stretch_.steps[k].A * columns;
+    top_.noalias() = upper.lazyProduct(columns);
     columns.topRows<kShipStates>() = top_;
     for (int i = kErrorStart; i < kStates; ++i) columns.row(i) *= A(i, i);
   }
+}
+
+namespace {
+
+// Derivatives of the steps along result.path, which the filter renews on the way if there is `noise`.
+LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::VectorXd& theta, const Noise* noise) {
+  const Stretch& stretch = *result.data;
+  result.steps.resize(stretch.size() - 1);
+  result.initial_sd = initial_sd(ship);
+  const Eigen::Index p = theta.size() - 1, timing = p, passes = (kStates + p + kDirections - 1) / kDirections;
+  for (LinearStep& step : result.steps) step.G.resize(kShipStates, p + 1);
+  Model<double> plain(ship);
+  apply_uncertainty(plain, theta);
+  std::optional<Filter> filter;
+  if (noise != nullptr) {
+    filter.emplace(result, *noise, 0);
+    filter->update(0, [](auto&&...) {});
+  }
+  for (Eigen::Index pass = 0; pass < passes; ++pass) {
+    const Eigen::Index first = pass * kDirections;  // among (x, theta)
+    Eigen::Matrix<Dual, Eigen::Dynamic, 1> dual_theta = theta.head(p).cast<Dual>();
+    for (Eigen::Index j = 0; j < p; ++j)
+      if (const Eigen::Index d = kStates + j - first; d >= 0 && d < kDirections) dual_theta[j].v[d] = 1.0;
+    Model<Dual> model(ship);
+    apply_uncertainty(model, dual_theta);
+    for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
+      Eigen::Matrix<Dual, kStates, 1> x = result.path[k].cast<Dual>();
+      for (Eigen::Index j = 0; j < kStates; ++j)
+        if (const Eigen::Index d = j - first; d >= 0 && d < kDirections) x[j].v[d] = 1.0;
+      const double h = stretch.dt_s(k) / static_cast<double>(stretch.inputs[k].size());
+      const Eigen::Matrix<Dual, kShipStates, 1> y = advance<Dual>(model, x, stretch.inputs[k], h);
+      LinearStep& step = result.steps[k];
+      for (int i = 0; i < kShipStates; ++i)
+        for (Eigen::Index d = 0; d < kDirections && first + d < kStates + p; ++d)
+          if (first + d < kStates)
+            step.A(i, first + d) = y[i].v[d];
+          else
+            step.G(i, first + d - kStates) = y[i].v[d];
+      if (pass > 0) continue;
+      const Vec6 late = advance<double>(plain, result.path[k], stretch.late_inputs[k], h);
+      step.G.col(timing) = late - advance<double>(plain, result.path[k], stretch.inputs[k], h);
+      for (int i = 0; i < kShipStates; ++i) step.offset[i] = y[i].a - result.path[k + 1][i];
+      step.offset += theta[timing] * step.G.col(timing);
+      if (!filter) continue;
+      filter->predict(k);
+      filter->update(k + 1, [](auto&&...) {});
+      if (k + 1 < kSettling) continue;
+      result.path[k + 1] += filter->mean;
+      step.offset -= filter->mean.head<kShipStates>();
+      filter->mean.setZero();
+    }
+  }
+  result.mean_offset = mean_offsets(plain, stretch, result.path);
+  return result;
+}
+
+}  // namespace
+
+LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,
+                        const Eigen::VectorXd& theta) {
+  LinearStretch result{};
+  result.data = &stretch;
+  result.path = std::move(path);
+  return linearize(ship, std::move(result), theta, nullptr);
+}
+
+LinearStretch linearize_filtered(const Ship& ship, const LinearStretch& before, const Noise& noise,
+                                 std::vector<Vec3<double>> event_scale, const Eigen::VectorXd& theta) {
+  LinearStretch result{};
+  result.data = before.data;
+  result.path = before.path;
+  result.mean_offset = before.mean_offset;
+  result.event_scale = std::move(event_scale);
+  return linearize(ship, std::move(result), theta, &noise);
 }
 
 std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
@@ -249,11 +287,7 @@ Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::V
     result.covariance[k] =
         filtered_covariance[k] + C * (result.covariance[k + 1] - predicted_covariance[k + 1]) * C.transpose();
   }
-  for (std::size_t k = 0; k < n; ++k) {
-    result.state[k] += stretch.path[k];
-    filtered[k] += stretch.path[k];
-  }
-  result.filtered = std::move(filtered);
+  for (std::size_t k = 0; k < n; ++k) result.state[k] += stretch.path[k];
   return result;
 }
 

@@ -56,16 +56,8 @@ struct LinearStretch {
   std::vector<LinearStep> steps;          ///< one less
   std::vector<Vec6> mean_offset;          ///< of the mean that is measured about a point, from the path's value there
   std::vector<Vec3<double>> event_scale;  ///< factors on sigma_w at each point: above 1 in events; empty: 1
-  Vec6 initial_sd;                        ///< of the first point around the path: wide
+  Vec6 initial_sd = Vec6::Zero();         ///< of the first point around the path: wide
 };
-
-/// The measurements as a path to start from: holes are bridged linearly and what is not recorded is zero (the heading:
-/// the integral of the yaw rate), without error states.
-std::vector<StateVector> measured_path(const Stretch& stretch);
-
-/// Derivatives by automatic differentiation through the Runge-Kutta steps.
-LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,
-                        const Eigen::VectorXd& theta);
 
 /// Levels of the noise.
 struct Noise {
@@ -82,6 +74,21 @@ struct Noise {
   double timing_sd = 2.0;
   bool knows_events = true;  ///< whether LinearStretch::event_scale counts
 };
+
+/// The measurements as a path to start from: holes are bridged linearly and what is not recorded is zero (the heading:
+/// the integral of the yaw rate), without error states.
+std::vector<StateVector> measured_path(const Stretch& stretch);
+
+/// Derivatives by automatic differentiation through the Runge-Kutta steps, along a given path.
+LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,
+                        const Eigen::VectorXd& theta);
+/// The same along the path that the filter itself takes from the measurements up to each point (extended Kalman
+/// filter). Columns must not know the measurements that they explain: along a smoothed path they would, and noise alone
+/// would look like an effect. The first kSettling points, where the filter settles, stay as they are.
+///   before  the stretch about a path near by: its path and mean_offset are used
+inline constexpr std::size_t kSettling = 5;
+LinearStretch linearize_filtered(const Ship& ship, const LinearStretch& before, const Noise& noise,
+                                 std::vector<Vec3<double>> event_scale, const Eigen::VectorXd& theta);
 
 /// What the measurements say about columns c_j, each an addition beta_j c_j(k) to the six ship states of every step:
 /// innovations are white under the model, so that ln p(y | beta) = log_likelihood + b' beta - beta' F beta/2.
@@ -152,7 +159,6 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
 /// Smoothed states (path + dx) and their covariances, with theta moved by dtheta; innovations if asked for.
 struct Smoothed {
   std::vector<StateVector> state;
-  std::vector<StateVector> filtered;  ///< the same from the measurements up to each point alone
   std::vector<StateMatrix> covariance;
   std::vector<Vec6> innovations;  ///< white, NaN where nothing was measured
 };

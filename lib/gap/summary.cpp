@@ -149,7 +149,7 @@ std::string next_step(const Findings& findings) {
     return "settle signs, units and frames first (a columns map, or the recorder's manual), then run again";
   if (!findings.audit.faults.empty() && !findings.corrected) return "repair or correct the sensors, then run again";
   if (findings.grossly_inconsistent && findings.verdict != Verdict::no_mismatch)
-    return "check that these are recordings of this ship, at this scale and draft, before anything is concluded";
+    return "check that these are recordings of this ship, at this scale and draft; then gap-explain";
   if (!findings.fit.converged)
     return "the fit has not converged: do not rely on the above; check the ship's particulars and the recordings";
   switch (findings.verdict) {

@@ -23,7 +23,10 @@ std::string_view word(Verdict verdict) {
 std::string headline(const Findings& findings) {
   const std::string& ship = findings.ship.empty() ? "the ship" : findings.ship;
   if (findings.grossly_inconsistent && findings.verdict != Verdict::no_mismatch)
-    return fmt::format("The recordings are grossly inconsistent with the simulator of {}: is it the right ship?", ship);
+    return fmt::format(
+        "The recordings are far from the simulator of {}: another ship, scale or draft, or several things left out at "
+        "once.",
+        ship);
   switch (findings.verdict) {
     case Verdict::mismatch:
       return fmt::format("The simulator of {} and the recordings differ by more than noise and stated uncertainty.",
