@@ -18,6 +18,7 @@ namespace {
 constexpr double kFlat = 100.0;            // prior sd of an effect, by its nominal strength
 constexpr double kLeastInformation = 1.0;  // d'^2 at nominal strength below which an effect is not excited
 constexpr double kLeastEigenvalue = 1e-3;  // of the correlation matrix of an effect's columns
+constexpr double kBlock_s = 60.0;          // at 3 m
 constexpr std::size_t kDraws = 20000;
 constexpr std::size_t kFolds = 8;
 
@@ -87,22 +88,8 @@ Refit refit(const Campaign& campaign, const FittedNull& fit, const EffectLibrary
   const double dof = std::max(2.0 / std::max(variance, 1e-9), 4.0);
 
   // Blocks: correlation between them that the noise model does not know, and held-out gains.
-  const auto block_points =
-      static_cast<std::size_t>(std::ceil(60.0 * campaign.time_scale() / std::max(campaign.step_s, 1e-9)));
-  std::vector<Evidence> blocks;
-  std::vector<std::size_t> stretch_of_block;
-  std::vector<std::vector<Evidence>> parts(fit.stretches.size());
-  parallel_for(parts.size(), jobs, [&](std::size_t s) {
-    parts[s] = evidence_by_blocks(fit.stretches[s], noise_of(h, fit.noise), block_points, count, problem.extra.of(s));
-  });
-  for (std::size_t s = 0; s < parts.size(); ++s)
-    for (Evidence& block : parts[s]) {
-      blocks.push_back(std::move(block));
-      stretch_of_block.push_back(s);
-    }
-  Evidence total(p + count);
-  for (const Evidence& block : blocks) total += block;
-
+  const Blocks blocks = blocks_of(campaign, fit, noise_of(h, fit.noise), problem.extra, jobs);
+  const Evidence total = blocks.total();
   Eigen::VectorXd precision = problem.prior_sd.array().square().inverse();
   const Eigen::VectorXd prior_pull = precision.cwiseProduct(problem.theta);
   Eigen::MatrixXd M = total.F;
@@ -110,20 +97,14 @@ Refit refit(const Campaign& campaign, const FittedNull& fit, const EffectLibrary
   const Eigen::VectorXd fitted = M.llt().solve(total.b - prior_pull);
   Eigen::VectorXd direction(p + count);
   direction << -at.of_theta * test.beta, test.beta;
-  double seen = 0.0, expected = 0.0;
-  for (const Evidence& block : blocks) {
-    const double score = direction.dot(block.b - block.F * fitted);
-    seen += score * score;
-    expected += direction.dot(block.F * direction);
-  }
-  const double kappa = std::max(1.0, expected > 0.0 ? seen / expected : 1.0);
+  const double kappa = overdispersion(blocks, direction, fitted);
   result.p_value = f_survival(test.statistic / kappa / test.rank, test.rank, dof);
 
-  const std::vector<std::vector<std::size_t>> folds = folds_of(campaign, stretch_of_block);
+  const std::vector<std::vector<std::size_t>> folds = folds_of(campaign, blocks);
   std::vector<double> gains;
   for (std::size_t f = 0; f < folds.size(); ++f) {
     Evidence fold(p + count), others = total;
-    for (const std::size_t i : folds[f]) fold += blocks[i];
+    for (const std::size_t i : folds[f]) fold += blocks.evidence[i];
     others.b -= fold.b;
     others.F -= fold.F;
     gains.push_back((predicted(fold, others, precision, prior_pull, p + count) -
@@ -175,10 +156,44 @@ ScoreTest score_test(const Eigen::VectorXd& b, const Eigen::MatrixXd& F) {
   return test;
 }
 
-std::vector<std::vector<std::size_t>> folds_of(const Campaign& campaign,
-                                               const std::vector<std::size_t>& stretch_of_block) {
+Evidence Blocks::total() const {
+  Evidence sum(evidence.front().b.size());
+  for (const Evidence& block : evidence) sum += block;
+  return sum;
+}
+
+Blocks blocks_of(const Campaign& campaign, const FittedNull& fit, const Noise& noise, const ExtraColumns& extra,
+                 std::size_t jobs) {
+  Blocks blocks;
+  blocks.points =
+      static_cast<std::size_t>(std::ceil(kBlock_s * campaign.time_scale() / std::max(campaign.step_s, 1e-9)));
+  std::vector<std::vector<Evidence>> parts(fit.stretches.size());
+  parallel_for(parts.size(), jobs, [&](std::size_t s) {
+    parts[s] =
+        evidence_by_blocks(fit.stretches[s], noise, blocks.points, extra.count, extra.of ? extra.of(s) : MoreColumns());
+  });
+  for (std::size_t s = 0; s < parts.size(); ++s)
+    for (std::size_t i = 0; i < parts[s].size(); ++i) {
+      blocks.evidence.push_back(std::move(parts[s][i]));
+      blocks.stretch.push_back(s);
+      blocks.begin.push_back(i * blocks.points);
+    }
+  return blocks;
+}
+
+double overdispersion(const Blocks& blocks, const Eigen::VectorXd& direction, const Eigen::VectorXd& fitted) {
+  double seen = 0.0, expected = 0.0;
+  for (const Evidence& block : blocks.evidence) {
+    const double score = direction.dot(block.b - block.F * fitted);
+    seen += score * score;
+    expected += direction.dot(block.F * direction);
+  }
+  return std::max(1.0, expected > 0.0 ? seen / expected : 1.0);
+}
+
+std::vector<std::vector<std::size_t>> folds_of(const Campaign& campaign, const Blocks& blocks) {
   std::vector<std::size_t> recordings;
-  for (const std::size_t s : stretch_of_block) recordings.push_back(campaign.stretches[s].recording);
+  for (const std::size_t s : blocks.stretch) recordings.push_back(campaign.stretches[s].recording);
   std::vector<std::size_t> different = recordings;
   different.erase(std::unique(different.begin(), different.end()), different.end());
   std::vector<std::vector<std::size_t>> folds;

@@ -93,6 +93,15 @@ void judge(Findings& findings, double scan_p_value) {
   d.reason += '.';
 }
 
+std::string another_ship(const Ship& ship) {
+  return fmt::format(
+      "parameters moved by more than {:.0f} sd of what is stated, and no effect of the catalogue brings them back; are "
+      "these recordings of the ship '{}'?",
+      kFarParameter_sd, ship.name);
+}
+
+}  // namespace
+
 bool errs_grossly(const NullFit& fit) {
   const auto far = std::count_if(fit.parameters.begin(), fit.parameters.end(), [](const ParameterShift& shift) {
     return std::abs(shift.shift_sd) > kFarParameter_sd;
@@ -100,6 +109,8 @@ bool errs_grossly(const NullFit& fit) {
   const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
   return far >= 4 || (far >= 2 && share > 0.5);
 }
+
+namespace {
 
 // Whether this looks like another ship: parameters far off that neither repaired sensors nor the best effect of the
 // catalogue bring back.
@@ -120,11 +131,6 @@ bool is_grossly_inconsistent(const Findings& findings, Campaign& campaign, const
 void add_notices(Findings& findings, const Campaign& campaign, const EffectLibrary& library) {
   std::vector<std::string>& notices = findings.notices;
   const NullFit& fit = findings.fit;
-  if (findings.grossly_inconsistent)
-    notices.push_back(fmt::format(
-        "parameters moved by more than {:.0f} sd of what is stated, and no effect of the catalogue brings them back; "
-        "are these recordings of the ship '{}'?",
-        kFarParameter_sd, campaign.ship.name));
   for (const Trajectory& recording : campaign.recordings)
     for (const std::string& sentence : suspect_actuators(recording))
       notices.push_back(recording.file + ": " + sentence);
@@ -157,10 +163,21 @@ void add_notices(Findings& findings, const Campaign& campaign, const EffectLibra
 }  // namespace
 
 Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options) {
+  Investigation investigation = investigate(ship, recordings, options);
+  Findings& findings = investigation.findings;
+  findings.grossly_inconsistent =
+      is_grossly_inconsistent(findings, investigation.campaign, investigation.null, options.jobs);
+  if (findings.grossly_inconsistent) findings.notices.insert(findings.notices.begin(), another_ship(ship));
+  if (options.progress) options.progress(1.0, "done");
+  return std::move(findings);
+}
+
+Investigation investigate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options) {
   const auto progress = [&](double done, const std::string& note) {
     if (options.progress) options.progress(done, note);
   };
-  Findings findings;
+  Investigation investigation;
+  Findings& findings = investigation.findings;
   findings.ship = ship.name;
   findings.L_pp = ship.particulars.L_pp;
   prepare(ship, recordings, {options.step_s, 0.0});  // what cannot be used is said before the long work
@@ -195,11 +212,13 @@ Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const
   }
 
   progress(0.10, "fit within the stated uncertainty");
-  Campaign campaign = prepare(ship, all_without_frozen(), {options.step_s, 0.0});
+  Campaign& campaign = investigation.campaign;
+  campaign = prepare(ship, all_without_frozen(), {options.step_s, 0.0});
   FitOptions fit_options;
   fit_options.jobs = options.jobs;
   fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
-  const FittedNull fit = fit_null(campaign, fit_options);
+  FittedNull& fit = investigation.null;
+  fit = fit_null(campaign, fit_options);
   findings.fit = fit.report;
 
   progress(0.60, "effects of the catalogue");
@@ -226,10 +245,9 @@ Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const
     findings.located.line_of_action.reset();
   }
   findings.residuals = residuals(campaign, fit);
-  findings.grossly_inconsistent = is_grossly_inconsistent(findings, campaign, fit, options.jobs);
   add_notices(findings, campaign, library);
-  progress(1.0, "done");
-  return findings;
+  progress(0.97, "parameters far off");
+  return investigation;
 }
 
 }  // namespace leeway::gap

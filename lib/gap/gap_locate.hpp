@@ -2,8 +2,8 @@
 
 #include <functional>
 
-#include "gap/campaign.hpp"
 #include "gap/findings.hpp"
+#include "gap/null_fit.hpp"
 
 namespace leeway::gap {
 
@@ -19,5 +19,16 @@ struct GapLocateOptions {
 /// All of gap-locate: conventions, audit of the sensors, fit within the stated uncertainty, detection, location.
 /// `recordings` are corrected in place where faults are found. Throws InputError for recordings that cannot be used.
 Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options);
+
+/// Whether parameters are so far off, and so much is left, that this may be another ship.
+bool errs_grossly(const NullFit& fit);
+
+/// The same with what it rests on, to go on from; `grossly_inconsistent` is not known yet.
+struct Investigation {
+  Findings findings;
+  Campaign campaign;
+  FittedNull null;  ///< its stretches refer to the campaign's
+};
+Investigation investigate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options);
 
 }  // namespace leeway::gap

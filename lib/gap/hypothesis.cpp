@@ -26,8 +26,8 @@ double in_circle_deg(double angle_deg) {
 
 }  // namespace
 
-FreeEffect::FreeEffect(std::string_view name, const Ship& ship, double towards_deg)
-    : name_(name), towards_deg_(towards_deg) {
+FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& choice)
+    : name_(name), towards_deg_(choice.towards_deg) {
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
   const auto found =
       std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& effect) { return effect.info.name == name; });
@@ -38,13 +38,18 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, double towards_d
   const auto prior = [&](const EffectParameter& p) { return is_full_scale ? p.at_150m : p.at_3m; };
   for (std::size_t i = 0; i < parameters_.size(); ++i) {
     const EffectParameter& p = parameters_[i];
-    base_.push_back(std::isfinite(p.otherwise) ? p.otherwise : std::isfinite(p.off) ? p.off : prior(p).median);
-    if (is_direction(prior(p))) direction_ = i;
+    const auto fixed = choice.fixed.find(std::string(p.name));
+    if (fixed != choice.fixed.end())
+      base_.push_back(fixed->second);
+    else
+      base_.push_back(std::isfinite(p.otherwise) ? p.otherwise : std::isfinite(p.off) ? p.off : prior(p).median);
+    if (is_direction(prior(p)) && fixed == choice.fixed.end()) direction_ = i;
   }
   for (std::size_t i = 0; i < parameters_.size(); ++i) {
     const EffectParameter& p = parameters_[i];
-    const bool is_strength = std::isfinite(p.off) || std::isnan(p.otherwise);
-    if (direction_ == i || !is_strength) continue;
+    const bool is_free = std::isfinite(p.off) || std::isnan(p.otherwise) ||
+                         std::find(choice.freed.begin(), choice.freed.end(), p.name) != choice.freed.end();
+    if (direction_ == i || !is_free || choice.fixed.contains(std::string(p.name))) continue;
     coordinates_.push_back({i, prior(p)});
   }
   const bool has_vector =

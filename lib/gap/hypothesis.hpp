@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,12 +19,19 @@ namespace leeway::gap {
 ///   log-normal, normal, uniform        z = (ln x - ln median)/sd, (x - median)/sd, inverse normal distribution of the
 ///                                      share of the range
 ///
-/// Parameters that have a default and no neutral value (a place, a shape) keep the default.
+/// Parameters that have a default and no neutral value (a place, a shape) keep the default, unless they are freed.
 class FreeEffect {
  public:
+  struct Choice {
+    double towards_deg = 0.0;             ///< where a direction that is no vector has z = 0
+    std::map<std::string, double> fixed;  ///< parameters that are known, in their units
+    std::vector<std::string> freed;       ///< parameters that do not keep their default
+  };
   /// Priors are those of the ship's scale. Throws UsageError for an unknown name, EffectNotApplicable if the ship lacks
   /// what the effect needs.
-  FreeEffect(std::string_view name, const Ship& ship, double towards_deg = 0.0);
+  FreeEffect(std::string_view name, const Ship& ship, const Choice& choice);
+  FreeEffect(std::string_view name, const Ship& ship, double towards_deg = 0.0)
+      : FreeEffect(name, ship, Choice{towards_deg, {}, {}}) {}
 
   const std::string& name() const { return name_; }
   Eigen::Index size() const;  ///< coordinates

@@ -16,8 +16,6 @@ using io::Json;
 constexpr std::array<const char*, 3> kAccelerationUnits{"mps2", "mps2", "degps2"};
 constexpr std::array<double, 3> kPerSi{1.0, 1.0, 1.0 / kDegree};
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 Json numbers(const std::vector<double>& values, double factor = 1.0) {
   Json result = Json::array();
   for (const double value : values) result.push_back(number(value * factor));
@@ -213,6 +211,8 @@ Json to_json(const Detection& detection) {
 }
 
 }  // namespace
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json to_json(const Findings& findings) {
   const auto recording = [](const Residual& r) {

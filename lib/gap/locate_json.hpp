@@ -5,6 +5,9 @@
 
 namespace leeway::gap {
 
+/// null where it is not finite.
+io::Json number(double value);
+
 /// The contents of locate.json but for `provenance`; keys and units in docs/gap-locate.md. A number that is not finite
 /// becomes null.
 io::Json to_json(const Findings& findings);

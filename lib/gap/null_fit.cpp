@@ -15,15 +15,17 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kOutlier = 6.0;            // sd of the innovation
-constexpr double kThetaAtRest = 0.02;       // of a prior sd
-constexpr double kNear = 0.3, kFar = 3.0;   // distance from the best parameters in their posterior sd
-constexpr double kNoiseAtRest = 0.03;       // of ln level
-constexpr double kLargestStep = 0.3;        // of theta in one iteration
-constexpr double kLargestEffectStep = 1.0;  // of a coordinate
-constexpr double kLongestStart = 3.0;       // of a coordinate, by the first linear step
+constexpr double kOutlier = 6.0;                             // sd of the innovation
+constexpr double kThetaAtRest = 0.02, kThetaNearRest = 0.1;  // of a prior sd
+constexpr double kNear = 0.3, kFar = 3.0;                    // distance from the best parameters in their posterior sd
+constexpr double kNoiseAtRest = 0.03;                        // of ln level
+constexpr double kLargestStep = 0.3;                         // of theta in one iteration
+constexpr double kLargestTimingStep = 3.0;                   // of the timing, which is no logarithm
+constexpr double kLargestEffectStep = 1.0;                   // of a coordinate
+constexpr double kLongestStart = 3.0;                        // of a coordinate, by the first linear step
 constexpr double kLeastDamping = 0.3, kMostDamping = 20.0, kDampingFactor = 4.0;
 constexpr double kLeastGain = 0.01;       // of the log posterior by a step
+constexpr double kTellingGain = 0.1;      // of the log posterior, by which steps are judged
 constexpr double kNearer = 0.8;           // or so much nearer to where its slope vanishes
 constexpr double kCoordinateStep = 0.01;  // for derivatives by coordinates of effects
 constexpr double kDifference = 0.02;      // for derivatives by ln level
@@ -31,8 +33,9 @@ constexpr double kLeastError = 0.005;     // of the typical acceleration: steps,
 constexpr double kEventBlock_s = 10.0;    // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
-constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
-constexpr double kLevelReach = 1.5;                 // of ln level: the paths are renewed before one goes farther
+constexpr int kFreeSteps = 8;
+constexpr int kEventsSettled = 14;   // iterations after which events stay what they are
+constexpr double kLevelReach = 1.5;  // of ln level: the paths are renewed before one goes farther
 
 double robust_sd(std::vector<double> x) {
   if (x.empty()) return 0.0;
@@ -276,7 +279,8 @@ class Climb {
   bool to_rest(int most_iterations, bool judges) {
     double moved = 1.0, noise_moved = 1.0, damping = 0.0;
     for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
-      linearize_all(fit_.stretches);
+      const bool is_free = judges && iteration < kFreeSteps;
+      if (iteration == 0 || judges) linearize_all(fit_.stretches);
       if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError(diverged());
       const Eigen::VectorXd slope = slope_now();
       double& distance = fit_.report.distance;
@@ -286,17 +290,18 @@ class Climb {
       if ((stands && (distance < kNear || moved == 0.0)) || iteration == most_iterations)
         return stands && distance < kFar;
 
-      // Noise levels, once the path has been smoothed for the first time.
-      if ((!judges || iteration > 0) && (noise_moved > kNoiseAtRest || moved > kThetaAtRest)) {
+      // Noise levels, once the path has been smoothed for the first time; later few steps, since parameters follow.
+      if ((!judges || iteration > 0) && (noise_moved > kNoiseAtRest || moved > kThetaNearRest)) {
         const Levels before = levels_of(fit_.noise);
-        fit_.noise = noise_of(levels().minimize(before, iteration < 3 ? 5 : 10, fit_.level_unit), fit_.noise);
+        fit_.noise = noise_of(levels().minimize(before, is_free ? 5 : 2, fit_.level_unit), fit_.noise);
         noise_moved = (levels_of(fit_.noise) - before).cwiseAbs().maxCoeff();
         fit_.total = levels().total(fit_.noise);
       }
-      // The first path is that of the measurements, with which nothing can be compared.
-      moved = step(damping, judges && iteration == 0).cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
+      // Far from the best noise levels likelihoods say little, and about the measurements' path nothing.
+      moved = step(damping, is_free).cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
       parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
         fit_.smoothed[s] = smooth(fit_.stretches[s], fit_.noise, Eigen::VectorXd::Zero(fit_.theta.size()));
+        if (!judges) return;
         const std::size_t settling = std::min(kSettling, fit_.smoothed[s].state.size());
         std::copy_n(fit_.smoothed[s].state.begin(), settling, fit_.stretches[s].path.begin());
       });
@@ -350,9 +355,9 @@ class Climb {
     return fit_.total.log_likelihood - 0.5 * fit_.theta.dot(precision().cwiseProduct(fit_.theta));
   }
 
-  // A damped step of theta (Levenberg 1944, Marquardt 1963) that makes what was recorded no less likely, unless
-  // `anyhow`; zero where there is none. Kinks of the model, and a filter that gets to know other paths, let full steps
-  // lead away.
+  // A Gauss-Newton step of theta, shortened by 1 + damping, until it makes what was recorded more likely, unless
+  // `anyhow`; zero where none does. Kinks of the model, and a filter that gets to know other paths, let full steps lead
+  // away.
   Eigen::VectorXd step(double& damping, bool anyhow) {
     const Eigen::VectorXd theta = fit_.theta, slope = slope_now();
     const Eigen::MatrixXd M = curvature_now();
@@ -360,13 +365,12 @@ class Climb {
     const double before = log_posterior(), distance = distance_now();
     std::vector<LinearStretch> stretches(fit_.stretches.size());
     std::swap(stretches, fit_.stretches);
-    // The last one, the timing, is no logarithm.
+    const Eigen::VectorXd newton = M.llt().solve(slope);
     const Eigen::Index effects = fit_.effects, coefficients = theta.size() - 1 - effects;
     for (;;) {
-      Eigen::MatrixXd damped = M;
-      damped.diagonal() *= 1.0 + damping;
-      Eigen::VectorXd step = damped.llt().solve(slope);
-      double too_long = std::max(1.0, step.head(coefficients).cwiseAbs().maxCoeff() / kLargestStep);
+      Eigen::VectorXd step = newton;
+      double too_long = std::max({1.0 + damping, step.head(coefficients).cwiseAbs().maxCoeff() / kLargestStep,
+                                  std::abs(step[step.size() - 1]) / kLargestTimingStep});
       if (effects > 0)
         too_long = std::max(too_long, step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kLargestEffectStep);
       step /= too_long;
@@ -375,7 +379,11 @@ class Climb {
       // Neither, where the simulator runs away.
       const bool is_better = log_posterior() > before + kLeastGain || distance_now() < kNearer * distance;
       if (is_better || (anyhow && std::isfinite(fit_.total.log_likelihood))) {
-        damping = damping > kLeastDamping ? damping / kDampingFactor : 0.0;
+        const double promised = slope.dot(step) - 0.5 * step.dot(M * step), gained = log_posterior() - before;
+        if (promised > kTellingGain && gained < 0.25 * promised)
+          damping = std::max(kDampingFactor * damping, kLeastDamping);
+        else if (promised <= kTellingGain || gained > 0.75 * promised)
+          damping = damping > kLeastDamping ? damping / kDampingFactor : 0.0;
         return step;
       }
       damping = std::max(kDampingFactor * damping, kLeastDamping);
@@ -608,20 +616,21 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   return fit;
 }
 
-FittedNull fit_with(Campaign& campaign, const FittedNull& null, const Hypothesis& hypothesis, const Eigen::VectorXd& z0,
+FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis, const Eigen::VectorXd& z0,
                     const FitOptions& options) {
-  FittedNull fit = null;
-  fit.effects = hypothesis.size();
-  const Eigen::Index effects = fit.effects, coefficients = null.theta.size() - 1;
-  fit.theta.resize(null.theta.size() + effects);
-  fit.theta << null.theta.head(coefficients), z0, null.theta.tail(1);
+  FittedNull fit = from;
+  const Eigen::Index effects = hypothesis.size(), coefficients = from.theta.size() - 1 - from.effects;
+  fit.effects = effects;
+  fit.theta.resize(coefficients + effects + 1);
+  fit.theta << from.theta.head(coefficients), z0, from.theta.tail(1);
   fit.prior_sd.resize(fit.theta.size());
-  fit.prior_sd << null.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), null.prior_sd.tail(1);
+  fit.prior_sd << from.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), from.prior_sd.tail(1);
+  fit.parameters.erase(fit.parameters.begin() + coefficients, fit.parameters.end() - 1);
   for (const FreeEffect& effect : hypothesis.effects)
     for (Eigen::Index i = 0; i < effect.size(); ++i)
       fit.parameters.insert(fit.parameters.end() - 1, {fmt::format("{}.z{}", effect.name(), i + 1), 1.0, 1.0});
   fit.report = NullFit();
-  fit.report.outliers = null.report.outliers;
+  fit.report.outliers = from.report.outliers;
   Climb climb(campaign, fit, hypothesis, options);
   fit.report.converged = climb.to_rest(options.most_iterations, false);
   finish(campaign, climb, options.jobs, fit);
@@ -629,12 +638,17 @@ FittedNull fit_with(Campaign& campaign, const FittedNull& null, const Hypothesis
   return fit;
 }
 
-std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& null,
-                             std::size_t jobs) {
-  const FreeEffect plain(effect, campaign.ship);
+std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& from,
+                             std::size_t jobs, const Hypothesis& so_far, FreeEffect::Choice choice) {
+  const Eigen::Index known = from.effects, coefficients = from.theta.size() - 1 - known;
+  const FreeEffect plain(effect, campaign.ship, choice);
   std::vector<Start> starts;
   const auto add = [&](double towards_deg, const Eigen::VectorXd& z) {
-    starts.push_back({{{FreeEffect(effect, campaign.ship, towards_deg)}}, z, 0.0});
+    choice.towards_deg = towards_deg;
+    Start start{so_far, Eigen::VectorXd(known + plain.size()), 0.0};
+    start.hypothesis.effects.emplace_back(effect, campaign.ship, choice);
+    start.z << from.theta.segment(coefficients, known), z;
+    starts.push_back(std::move(start));
   };
   if (const auto neutral = plain.neutral())
     add(0.0, *neutral);
@@ -643,25 +657,26 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   else
     for (const double z : {-1.0, 0.0, 1.0}) add(0.0, Eigen::VectorXd::Constant(plain.size(), z));
 
-  const Eigen::Index coefficients = null.theta.size() - 1, effects = plain.size();
+  const Eigen::VectorXd plain_theta = plain_of(from.theta, known);
   for (Start& start : starts) {
-    const EffectColumns columns(campaign, start.hypothesis, start.z, null.theta);
+    const Eigen::Index effects = start.z.size();
+    const EffectColumns columns(campaign, start.hypothesis, start.z, plain_theta);
     const double delay_s = columns.rudder_delay_s();
-    std::vector<Evidence> parts(null.stretches.size());
+    std::vector<Evidence> parts(from.stretches.size());
     parallel_for(parts.size(), jobs, [&](std::size_t s) {
       Stretch stretch = campaign.stretches[s];
       if (delay_s != Effects<double>(campaign.ship).rudder_delay_s())
         set_inputs(stretch, campaign.recorded_inputs[stretch.recording], campaign.ship, delay_s);
-      LinearStretch linear = linearize(columns.ship(), stretch, null.stretches[s].path, null.theta);
+      LinearStretch linear = linearize(columns.ship(), stretch, from.stretches[s].path, plain_theta);
       columns.add_to(linear);
-      linear.event_scale = null.event_scale[s];
-      parts[s] = evidence(linear, null.noise);
+      linear.event_scale = from.event_scale[s];
+      parts[s] = evidence(linear, from.noise);
     });
-    Evidence total(null.theta.size() + effects);
+    Eigen::VectorXd theta(coefficients + effects + 1), sd(theta.size());
+    theta << plain_theta.head(coefficients), start.z, plain_theta.tail(1);
+    sd << from.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), from.prior_sd.tail(1);
+    Evidence total(theta.size());
     for (const Evidence& part : parts) total += part;
-    Eigen::VectorXd theta(total.b.size()), sd(total.b.size());
-    theta << null.theta.head(coefficients), start.z, null.theta.tail(1);
-    sd << null.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), null.prior_sd.tail(1);
     start.log_evidence = marginal(total, theta, sd);
     Eigen::MatrixXd M = total.F;
     const Eigen::VectorXd precision = sd.array().square().inverse();
@@ -672,6 +687,23 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
   return starts;
+}
+
+FittedNull follow(Campaign& campaign, const FittedNull& fit, const Hypothesis& hypothesis, std::size_t jobs) {
+  FittedNull result = fit;
+  result.stretches.clear();
+  result.smoothed.clear();
+  result.event_scale.clear();
+  FitOptions options;
+  options.jobs = jobs;
+  Climb climb(campaign, result, hypothesis, options);
+  climb.linearize_all(result.stretches);  // along the measurements
+  climb.linearize_all(result.stretches);
+  const Eigen::VectorXd there = Eigen::VectorXd::Zero(fit.theta.size());
+  parallel_for(result.stretches.size(), jobs,
+               [&](std::size_t s) { result.smoothed[s] = smooth(result.stretches[s], result.noise, there); });
+  climb.restore_inputs();
+  return result;
 }
 
 double log_evidence(const FittedNull& fit) {

@@ -40,21 +40,25 @@ struct FitOptions {
 /// be as large as it is, so that a tug or a mooring line does not count as the simulator's everyday error.
 FittedNull fit_null(Campaign& campaign, const FitOptions& options);
 
-/// The same with effects whose coordinates are fitted beside the coefficients, from a fitted null on: its data, paths,
+/// The same with effects whose coordinates are fitted beside the coefficients, from another fit on: its data, paths,
 /// noise levels and events are where it begins, and its prior widths hold. theta is then (coefficients, z, timing).
 ///   z0  coordinates to start from
-FittedNull fit_with(Campaign& campaign, const FittedNull& null, const Hypothesis& hypothesis, const Eigen::VectorXd& z0,
+FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis, const Eigen::VectorXd& z0,
                     const FitOptions& options);
 
 /// Coordinates from which a fit may reach the best ones, most promising first: the neutral place, or the median and
-/// around the compass, each judged by one linear step from the fitted null.
+/// around the compass, each judged by one linear step from another fit.
 struct Start {
   Hypothesis hypothesis;
   Eigen::VectorXd z;          ///< after the linear step
   double log_evidence = 0.0;  ///< that the step promises
 };
-std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& null,
-                             std::size_t jobs);
+///   so_far  the hypothesis of `from`, to which the effect is added
+std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& from,
+                             std::size_t jobs, const Hypothesis& so_far = {}, FreeEffect::Choice choice = {});
+
+/// Other recordings with the parameters and noise levels of a fit: nothing is fitted but their paths.
+FittedNull follow(Campaign& campaign, const FittedNull& fit, const Hypothesis& hypothesis, std::size_t jobs);
 
 /// ln p(recordings | hypothesis), by Laplace's method at the best coefficients, effects and noise levels.
 double log_evidence(const FittedNull& fit);

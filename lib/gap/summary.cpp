@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/units.hpp"
 #include "gap/words.hpp"
@@ -163,37 +164,28 @@ std::string next_step(const Findings& findings) {
   return "more recordings: other headings, speeds and maneuvers than these";
 }
 
-}  // namespace
-
-std::string summary(const Findings& findings) {
-  const Detection& detection = findings.detection;
-  Screen screen;
-  std::string verdict{word(findings.verdict)};
-  std::transform(verdict.begin(), verdict.end(), verdict.begin(),
+std::string capitals(Verdict verdict) {
+  std::string text{word(verdict)};
+  std::transform(text.begin(), text.end(), text.begin(),
                  [](char c) { return c == '-' ? ' ' : static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c); });
-  screen.item("Verdict",
-              fmt::format("{} ({}). {} {}", verdict, p_value(detection.p_value), headline(findings), detection.reason),
-              4);
+  return text;
+}
 
-  const auto sentence = [](const Reading& r) { return r.sentence; };
-  const auto same = [](const std::string& s) -> const std::string& { return s; };
+void add_sensors(Screen& screen, const Findings& findings) {
   if (!findings.conventions.contradicted.empty())
     screen.item("Conventions",
-                first_of(findings.conventions.contradicted, 2, 3, sentence,
-                         findings.corrected ? ". Read so in what follows."
-                                            : ". Not read so: it spoils "
-                                              "what follows."),
+                first_of(
+                    findings.conventions.contradicted, 2, 3, [](const Reading& r) { return r.sentence; },
+                    findings.corrected ? ". Read so in what follows." : ". Not read so: it spoils what follows."),
                 3);
   else if (!findings.conventions.tested.empty())
     screen.item("Conventions", "signs, units and frames read as stated fit best", 1);
   screen.item("Sensors", sensors(findings), 4);
+}
 
-  for (int axis = 0; axis < 3; ++axis) screen.item(axis == 0 ? "Model error" : "", model_error(findings.fit, axis), 1);
-
-  add_where(screen, findings);
-
+void add_parameters(Screen& screen, const NullFit& fit) {
   std::vector<ParameterShift> moved;
-  for (const ParameterShift& p : findings.fit.parameters)
+  for (const ParameterShift& p : fit.parameters)
     if (std::abs(p.shift_sd) > 2.0 && std::abs(std::log(p.factor)) > 2.0 * p.factor_sd / p.factor) moved.push_back(p);
   std::stable_sort(moved.begin(), moved.end(), [](const ParameterShift& a, const ParameterShift& b) {
     return std::abs(a.shift_sd) > std::abs(b.shift_sd);
@@ -207,7 +199,37 @@ std::string summary(const Findings& findings) {
                     },
                     " off: they may stand in for missing physics"),
                 2);
+}
 
+std::string next_step(const Explanation& explanation, const Explained* what) {
+  const Findings& findings = explanation.findings;
+  if (!findings.conventions.contradicted.empty() || !findings.audit.faults.empty()) return next_step(findings);
+  if (explanation.verdict == Verdict::no_mismatch) return next_step(findings);
+  if (what == nullptr)
+    return explanation.verdict == Verdict::mismatch
+               ? "report.html shows when and where; what is not in the catalogue has to be thought of"
+               : "more recordings: other headings, speeds and maneuvers than these";
+  if (!what->confusable_with.empty()) return "record what would tell: " + what->separating_maneuver;
+  return "mmg-sim --ship ship.json runs the simulator with what was missing";
+}
+
+}  // namespace
+
+std::string summary(const Findings& findings) {
+  const Detection& detection = findings.detection;
+  Screen screen;
+  screen.item("Verdict",
+              fmt::format("{} ({}). {} {}", capitals(findings.verdict), p_value(detection.p_value), headline(findings),
+                          detection.reason),
+              4);
+  add_sensors(screen, findings);
+
+  for (int axis = 0; axis < 3; ++axis) screen.item(axis == 0 ? "Model error" : "", model_error(findings.fit, axis), 1);
+
+  add_where(screen, findings);
+  add_parameters(screen, findings.fit);
+
+  const auto same = [](const std::string& s) -> const std::string& { return s; };
   std::vector<std::string> unknown;
   if (!findings.fit.converged) unknown.push_back("the fit has not converged");
   unknown.insert(unknown.end(), findings.notices.begin(), findings.notices.end());
@@ -216,6 +238,69 @@ std::string summary(const Findings& findings) {
     unknown.insert(unknown.end(), findings.audit.notices.begin(), findings.audit.notices.end());
   if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, 3, same), 3);
   screen.item("Next", next_step(findings), 2);
+  return std::move(screen).text();
+}
+
+std::string summary(const Explanation& explanation) {
+  const Findings& findings = explanation.findings;
+  Screen screen;
+  screen.item(
+      "Verdict",
+      fmt::format("{} ({}). {}", capitals(explanation.verdict), p_value(explanation.p_value), headline(explanation)),
+      3);
+  add_sensors(screen, findings);
+  if (explanation.verdict != Verdict::no_mismatch) add_where(screen, findings);
+  const auto is_chosen = [&](const Explained& hypothesis) {
+    return !hypothesis.effects.empty() &&
+           std::all_of(hypothesis.effects.begin(), hypothesis.effects.end(), [&](const std::string& name) {
+             return std::find(explanation.chosen.begin(), explanation.chosen.end(), name) != explanation.chosen.end();
+           });
+  };
+  const Explained* what = nullptr;
+  for (const Explained& hypothesis : explanation.hypotheses)
+    if (is_chosen(hypothesis) && (what == nullptr || hypothesis.effects.size() > what->effects.size()))
+      what = &hypothesis;
+  if (what != nullptr) {
+    screen.item("What", fmt::format("{}, probability {:.2f}. {}", what->name, what->probability, what->sentence), 3);
+    for (const ExplainedParameter& p : what->parameters)
+      screen.item(
+          "", fmt::format("{} = {} ({:.3g} to {:.3g} with 95 %)", p.name, with_sd(p.estimate, p.sd), p.low, p.high), 1);
+    if (!what->confusable_with.empty())
+      screen.item(
+          "Or else",
+          fmt::format("{}; what would tell: {}", fmt::join(what->confusable_with, ", "), what->separating_maneuver), 3);
+  }
+  for (const Explained& other : explanation.hypotheses)
+    if (&other != what && !other.effects.empty() && (what == nullptr || other.name != what->name)) {
+      screen.item("Runner-up", fmt::format("{}, probability {:.2g}", other.name, other.probability), 1);
+      break;
+    }
+  add_parameters(screen, findings.fit);
+  const auto told = [&](const BeforeAfter& fit) {
+    const auto runs = [](const Scores& scores) {
+      const auto found = scores.free_runs.find(kShownHorizon_s);
+      return found == scores.free_runs.end() ? Score{} : found->second;
+    };
+    const Score before = runs(fit.before), after = runs(fit.after);
+    return fmt::format(
+        "u {:.3g} -> {:.3g} m/s, v_m {:.3g} -> {:.3g} m/s, r {:.3g} -> {:.3g} deg/s, position {:.3g} -> {:.3g} m; ln "
+        "likelihood per sample {:.3f} -> {:.3f}",
+        before.rmse_u_mps, after.rmse_u_mps, before.rmse_vm_mps, after.rmse_vm_mps, before.rmse_r_degps,
+        after.rmse_r_degps, before.rmse_position_m, after.rmse_position_m, fit.before.log_likelihood_per_sample,
+        fit.after.log_likelihood_per_sample);
+  };
+  if (!explanation.effects.empty()) {
+    screen.item("Held out", "free runs of 100 s, root mean square errors before -> after: " + told(explanation.heldout),
+                3);
+    screen.item("",
+                fmt::format("gain {} nats where left out in turn",
+                            with_sd(explanation.heldout_gain, explanation.heldout_gain_sd)),
+                1);
+  }
+  if (!explanation.notices.empty())
+    screen.item("Note",
+                first_of(explanation.notices, 3, 3, [](const std::string& s) -> const std::string& { return s; }), 3);
+  screen.item("Next", next_step(explanation, what), 3);
   return std::move(screen).text();
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace leeway::gap {
 
@@ -37,6 +38,21 @@ std::string headline(const Findings& findings) {
       break;
   }
   return fmt::format("These recordings do not decide whether the simulator of {} lacks something.", ship);
+}
+
+std::string headline(const Explanation& explanation) {
+  std::vector<std::string> named;
+  bool is_unknown = false;
+  for (const std::string& name : explanation.chosen)
+    if (name == "unknown")
+      is_unknown = true;
+    else
+      named.push_back(name);
+  if (explanation.verdict == Verdict::no_mismatch) return "Nothing is missing that these recordings could show.";
+  if (explanation.verdict == Verdict::undecided) return "These recordings do not decide whether something is missing.";
+  if (named.empty()) return "Something is missing that the catalogue does not hold.";
+  return fmt::format("{} explains the difference{}.", fmt::join(named, " with "),
+                     is_unknown ? " in part; the rest is not in the catalogue" : "");
 }
 
 std::string frame_meaning(const std::string& name) {

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "gap/findings.hpp"
+#include "gap/explain.hpp"
 
 /// The words and numbers in which findings are told, the same in JSON, summary and page.
 namespace leeway::gap {
@@ -13,6 +13,9 @@ std::string_view word(Verdict verdict);
 
 /// The verdict as one sentence.
 std::string headline(const Findings& findings);
+
+/// What was chosen, and whether it shows on what was held out, as one or two sentences.
+std::string headline(const Explanation& explanation);
 
 /// "fixed to the earth" for the frame "earth"; the name itself where it is not known.
 std::string frame_meaning(const std::string& name);

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <functional>
+#include <map>
+
+#include "gap/gap_locate.hpp"
+#include "gap/hypothesis.hpp"
+
+/// What gap-explain adds to gap-locate: hypotheses about what is missing, compared, chosen and shown to help.
+namespace leeway::gap {
+
+/// One parameter of one effect or sensor fault, in the unit that its name carries.
+struct ExplainedParameter {
+  std::string effect, name;
+  double estimate = 0.0, sd = 0.0, low = 0.0, high = 0.0;  ///< low, high: 95 % interval
+};
+
+/// A set of effects that may be what is missing, fitted to the recordings beside the ship's uncertain parameters.
+struct Explained {
+  std::string name;                  ///< "steady-current + rudder-offset"; "none"
+  std::vector<std::string> effects;  ///< none: nothing is missing
+  double probability = 0.0;          ///< among all that were fitted
+  double log_evidence = 0.0;         ///< against nothing missing [nats]
+  double heldout_gain = 0.0;         ///< sum over what was left out in turn [nats], against nothing missing
+  double heldout_gain_sd = 0.0;      ///< its standard error
+  bool converged = false;
+  std::vector<ExplainedParameter> parameters;
+  std::vector<std::string> confusable_with;  ///< names of hypotheses that the recordings do not exclude against this
+  std::string separating_maneuver, sentence;
+};
+
+/// How well a simulator runs free from recorded states, and how likely it makes the recordings.
+struct Score {
+  std::size_t points = 0;
+  double rmse_u_mps = kMissing, rmse_vm_mps = kMissing, rmse_r_degps = kMissing, rmse_position_m = kMissing;
+};
+struct Scores {
+  std::map<int, Score> free_runs;               ///< by their length [s]: 30, 100, 300
+  double log_likelihood_per_sample = kMissing;  ///< of the filter, parameters integrated out where they were fitted
+  double coverage_95 = kMissing;                ///< share of innovations within their 95 % interval
+  std::map<std::string, Score> by_recording;    ///< free runs of kShownHorizon_s
+};
+inline constexpr int kShownHorizon_s = 100;
+struct BeforeAfter {
+  Scores before, after;
+};
+
+struct Explanation {
+  Findings findings;
+  Verdict verdict = Verdict::undecided;
+  double p_value = 1.0;
+  std::string reason;                 ///< why this verdict, to a person
+  std::vector<Explained> hypotheses;  ///< most probable first; "none" is one of them
+  std::vector<std::string> chosen;    ///< names; "unknown" where the catalogue does not hold it
+  bool is_complete = true;            ///< whether nothing significant is left beside what was chosen
+  double left_p_value = 1.0;          ///< of what is left then
+  Vec3<double> sigma_w_after = Vec3<double>::Zero();
+  std::vector<EffectEntry> effects;  ///< that ship.json has more than the ship
+  BeforeAfter train, heldout;
+  bool heldout_is_given = false;                     ///< false: recordings, or blocks of a few, were left out in turn
+  double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< of what was chosen [nats]
+  std::vector<std::string> notices;
+};
+
+struct GapExplainOptions {
+  GapLocateOptions locate;
+  std::size_t refitted = 8;      ///< effects of the screen that are fitted without linearization
+  std::size_t most_effects = 4;  ///< at a time
+};
+
+/// All of gap-explain. Recordings are corrected in place where sensor faults are found, `heldout` with them. Throws
+/// what gap_locate() throws.
+Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, std::vector<Trajectory>& heldout,
+                        const GapExplainOptions& options);
+
+}  // namespace leeway::gap

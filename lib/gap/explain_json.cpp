@@ -1,0 +1,102 @@
+#include "gap/explain_json.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "gap/locate_json.hpp"
+#include "gap/words.hpp"
+
+namespace leeway::gap {
+namespace {
+
+using io::Json;
+
+Json to_json(const Score& score) {
+  return {{"points", score.points},
+          {"rmse_u_mps", number(score.rmse_u_mps)},
+          {"rmse_vm_mps", number(score.rmse_vm_mps)},
+          {"rmse_r_degps", number(score.rmse_r_degps)},
+          {"rmse_position_m", number(score.rmse_position_m)}};
+}
+
+Json to_json(const Scores& scores) {
+  const auto shown = scores.free_runs.find(kShownHorizon_s);
+  Json result = to_json(shown != scores.free_runs.end() ? shown->second : Score{});
+  result["horizon_s"] = kShownHorizon_s;
+  result["log_likelihood_per_sample"] = number(scores.log_likelihood_per_sample);
+  result["coverage_95"] = number(scores.coverage_95);
+  result["free_runs"] = Json::object();
+  for (const auto& [horizon_s, score] : scores.free_runs)
+    result["free_runs"][std::to_string(horizon_s)] = to_json(score);
+  result["recordings"] = Json::object();
+  for (const auto& [name, score] : scores.by_recording) result["recordings"][name] = to_json(score);
+  return result;
+}
+
+Json to_json(const Explained& hypothesis) {
+  Json parameters = Json::object();
+  for (const ExplainedParameter& p : hypothesis.parameters)
+    parameters[p.name] = {{"effect", p.effect},
+                          {"estimate", number(p.estimate)},
+                          {"sd", number(p.sd)},
+                          {"ci95", {number(p.low), number(p.high)}},
+                          {"unit", unit_of(p.name)}};
+  return {{"name", hypothesis.name},
+          {"effects", hypothesis.effects},
+          {"probability", number(hypothesis.probability)},
+          {"log_evidence", number(hypothesis.log_evidence)},
+          {"heldout_gain_nats", number(hypothesis.heldout_gain)},
+          {"heldout_gain_sd_nats", number(hypothesis.heldout_gain_sd)},
+          {"converged", hypothesis.converged},
+          {"parameters", parameters},
+          {"confusable_with", hypothesis.confusable_with},
+          {"separating_maneuver", hypothesis.separating_maneuver},
+          {"sentence", hypothesis.sentence}};
+}
+
+}  // namespace
+
+Json to_json(const Explanation& explanation) {
+  Json locate = to_json(explanation.findings), hypotheses = Json::array();
+  for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
+  return {
+      {"ship_name", explanation.findings.ship},
+      {"verdict", word(explanation.verdict)},
+      {"p_value", number(explanation.p_value)},
+      {"sentence", headline(explanation)},
+      {"located", locate["located"]},
+      {"hypotheses", hypotheses},
+      {"chosen", explanation.chosen},
+      {"is_complete", explanation.is_complete},
+      {"left_p_value", number(explanation.left_p_value)},
+      {"heldout_gain_nats", number(explanation.heldout_gain)},
+      {"heldout_gain_sd_nats", number(explanation.heldout_gain_sd)},
+      {"heldout_is_given", explanation.heldout_is_given},
+      {"fit",
+       {{"train", {{"before", to_json(explanation.train.before)}, {"after", to_json(explanation.train.after)}}},
+        {"heldout", {{"before", to_json(explanation.heldout.before)}, {"after", to_json(explanation.heldout.after)}}}}},
+      {"ship", "ship.json"},
+      {"parameters", locate["null_fit"]["parameters"]},
+      {"sigma_w", locate["sigma_w"]},
+      {"audit", locate["audit"]},
+      {"conventions", locate["conventions"]},
+      {"notices", explanation.notices}};
+}
+
+Json ship_with(Json of, const Explanation& explanation) {
+  if (explanation.effects.empty()) return of;
+  if (!of.contains("effects")) of["effects"] = Json::array();
+  for (const EffectEntry& entry : explanation.effects) {
+    Json effect{{"type", entry.type}};
+    for (const auto& [name, value] : entry.parameters)
+      if (!value || std::isfinite(*value)) effect[name] = value ? Json(*value) : Json(nullptr);
+    effect["source"] = "estimated by gap-explain from recordings; intervals in its report.json";
+    of["effects"].push_back(std::move(effect));
+  }
+  return of;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "gap/detect.hpp"
+#include "gap/explain.hpp"
+
+/// How well a simulator runs free from recorded states.
+namespace leeway::gap {
+
+/// Consecutive points of a stretch.
+struct Run {
+  std::size_t stretch = 0, begin = 0, end = 0;  ///< end: one past the last
+};
+/// Every stretch from its first point to its last.
+std::vector<Run> whole_runs(const Campaign& campaign);
+/// What the blocks of a fold cover, neighbors joined.
+std::vector<Run> runs_of(const Campaign& campaign, const Blocks& blocks, const std::vector<std::size_t>& fold);
+
+/// A simulator and the runs that judge it.
+struct ShipOnRuns {
+  Ship ship;
+  std::vector<Run> runs;
+};
+
+/// Free runs of 30, 100 and 300 s, one after another along each run, from the smoothed states at their beginnings with
+/// the recorded inputs, against what was measured. A run shorter than that is run in one. Position errors start at 0.
+Scores free_runs(const Campaign& campaign, const std::vector<Smoothed>& starts, const std::vector<ShipOnRuns>& ships,
+                 std::size_t jobs);
+
+/// Share of white innovations within their 95 % interval.
+double coverage(const std::vector<Smoothed>& smoothed);
+
+}  // namespace leeway::gap
