@@ -9,9 +9,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/distributions.hpp"
 #include "core/errors.hpp"
-#include "core/parallel.hpp"
-#include "core/units.hpp"
 #include "gap/detect.hpp"
 #include "gap/free_runs.hpp"
 #include "gap/words.hpp"
@@ -25,7 +24,9 @@ constexpr std::size_t kNextRefitted = 4;  // beside what was chosen
 constexpr double kLessPromising = 5.0;    // nats of a start behind the best: not tried
 constexpr double kGainSd = 2.0;           // standard errors by which what was held out must be predicted better
 constexpr double kNotExcluded = 0.1;      // of the probability: what is not excluded against a hypothesis
+constexpr double kPossible = 0.01;        // probability that is worth a word
 constexpr double kUnexplained = 0.5;      // of the model error's energy that what is named must take away
+constexpr double kNegligible = 0.05;      // of the evidence of what is named: what is left is not worth a word
 constexpr int kRefitIterations = 15;
 
 // A hypothesis with its fit.
@@ -95,6 +96,15 @@ double overdispersion_of(const FittedNull& fit, const Blocks& blocks) {
   return overdispersion(blocks, direction, M.llt().solve(total.b - pull(fit)));
 }
 
+// ln of what is believed before: none 1/2, one effect 1/4, two 1/8, ...; all sets of a size alike.
+double log_prior(std::size_t effects) {
+  const std::size_t of = effect_catalogue().size();
+  double result = -static_cast<double>(effects + 1) * std::log(2.0);
+  for (std::size_t i = 0; i < effects; ++i)
+    result -= std::log(static_cast<double>(of - i) / static_cast<double>(i + 1));
+  return result;
+}
+
 // All the work on one campaign.
 class Comparison {
  public:
@@ -158,13 +168,47 @@ class Comparison {
     return {sum, std::sqrt(variance * n)};
   }
 
-  /// Whether `better` predicts what was left out better than `than`, beyond chance.
+  /// ln of the posterior odds against nothing missing. Correlation between blocks takes from all evidence what it takes
+  /// from that of the likeliest.
+  double log_odds(std::size_t i) const {
+    const auto likeliest = std::max_element(
+        all_.begin(), all_.end(), [](const Fitted& a, const Fitted& b) { return a.log_evidence < b.log_evidence; });
+    return (all_[i].log_evidence - none().log_evidence) / likeliest->kappa +
+           log_prior(all_[i].hypothesis.effects.size()) - log_prior(0);
+  }
+  std::vector<double> probabilities() const {
+    std::vector<double> result;
+    for (std::size_t i = 0; i < all_.size(); ++i) result.push_back(log_odds(i));
+    const double largest = *std::max_element(result.begin(), result.end());
+    double sum = 0.0;
+    for (double& x : result) sum += x = std::exp(x - largest);
+    for (double& x : result) x /= sum;
+    return result;
+  }
+
+  /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
+  /// is more than nothing.
   bool holds(std::size_t better, std::size_t than) const {
     const auto [sum, sd] = gain(all_[better], all_[than]);
-    return sum > 0.0 && sum > kGainSd * sd && all_[better].log_evidence > all_[than].log_evidence;
+    return sum > 0.0 && sum > kGainSd * sd && log_odds(better) > log_odds(than) && is_significant(all_[better]);
   }
 
  private:
+  bool is_significant(const Fitted& fitted) const {
+    const Coordinates z = coordinates_of(fitted.fit);
+    Eigen::Index at = 0;
+    for (const FreeEffect& effect : fitted.hypothesis.effects) {
+      const Eigen::Index n = effect.size();
+      if (const auto neutral = effect.neutral()) {
+        const Eigen::VectorXd away = z.mean.segment(at, n) - *neutral;
+        const double statistic = away.dot(z.covariance.block(at, at, n, n).llt().solve(away)) / fitted.kappa;
+        if (chi_squared_survival(statistic, static_cast<double>(n)) > options_.locate.false_alarm) return false;
+      }
+      at += n;
+    }
+    return true;
+  }
+
   Campaign& campaign_;
   const GapExplainOptions& options_;
   FitOptions fit_options_;
@@ -211,7 +255,14 @@ const EffectInfo& info_of(const std::string& effect) {
   throw UsageError(fmt::format("no effect '{}' in the catalogue", effect));
 }
 
-Explained told(const Fitted& fitted, const Fitted& none) {
+// How well a delay can be known [s]: what actuators do between samples is not.
+double timing_sd_s(const Campaign& campaign) {
+  double sample_s = 0.0;
+  for (const Stretch& stretch : campaign.stretches) sample_s = std::max(sample_s, stretch.sample_s);
+  return 2.0 * kTimingShare * sample_s;
+}
+
+Explained told(const Fitted& fitted, const Fitted& none, const Campaign& campaign) {
   Explained result;
   result.name = fitted.hypothesis.name();
   result.log_evidence = fitted.log_evidence - none.log_evidence;
@@ -227,33 +278,24 @@ Explained told(const Fitted& fitted, const Fitted& none) {
     maneuvers.emplace_back(info_of(effect.name()).separating_maneuver);
     const Eigen::Index n = effect.size();
     for (const FreeEffect::Parameter& p :
-         effect.parameters(z.mean.segment(at, n), fitted.kappa * z.covariance.block(at, at, n, n)))
-      result.parameters.push_back({effect.name(), p.name, p.estimate, p.sd, p.low, p.high});
+         effect.parameters(z.mean.segment(at, n), fitted.kappa * z.covariance.block(at, at, n, n))) {
+      ExplainedParameter one{effect.name(), p.name, p.estimate, p.sd, p.low, p.high};
+      if (one.name == "delay_s") {
+        const double sd = std::hypot(p.sd, timing_sd_s(campaign)), wider = sd / std::max(p.sd, 1e-12);
+        one = {one.effect,
+               one.name,
+               p.estimate,
+               sd,
+               std::max(0.0, p.estimate - wider * (p.estimate - p.low)),
+               p.estimate + wider * (p.high - p.estimate)};
+      }
+      result.parameters.push_back(one);
+    }
     at += n;
   }
   result.sentence = sentences.empty() ? "Nothing is missing." : fmt::format("{}", fmt::join(sentences, " "));
   result.separating_maneuver = fmt::format("{}", fmt::join(maneuvers, "; "));
   return result;
-}
-
-// ln of what is believed before: none 1/2, one effect 1/4, two 1/8, ...; all sets of a size alike.
-double log_prior(std::size_t effects, std::size_t of) {
-  double result = -static_cast<double>(effects + 1) * std::log(2.0);
-  for (std::size_t i = 0; i < effects; ++i)
-    result -= std::log(static_cast<double>(of - i) / static_cast<double>(i + 1));
-  return result;
-}
-
-void set_probabilities(std::vector<Explained>& hypotheses, const std::vector<Fitted>& fitted) {
-  const std::size_t of = effect_catalogue().size();
-  std::vector<double> log_posterior;
-  for (const Fitted& f : fitted)
-    log_posterior.push_back((f.log_evidence - fitted.front().log_evidence) / f.kappa +
-                            log_prior(f.hypothesis.effects.size(), of));
-  const double largest = *std::max_element(log_posterior.begin(), log_posterior.end());
-  double sum = 0.0;
-  for (double& x : log_posterior) sum += x = std::exp(x - largest);
-  for (std::size_t i = 0; i < hypotheses.size(); ++i) hypotheses[i].probability = log_posterior[i] / sum;
 }
 
 // Model error energy: shares of the three axes in one number, yaw by a radius of gyration.
@@ -306,7 +348,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       most_likely(findings.detection, is_searched ? options.refitted : kAlwaysRefitted, {});
   std::size_t best = 0;
   const auto better = [&](std::optional<std::size_t> i) {
-    if (i && comparison.all()[*i].log_evidence > comparison.all()[best].log_evidence) best = *i;
+    if (i && comparison.log_odds(*i) > comparison.log_odds(best)) best = *i;
   };
   for (std::size_t i = 0; i < first.size(); ++i) {
     better(comparison.add(0, first[i]));
@@ -318,6 +360,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   // Not the best, but what predicts better what was left out.
   std::size_t chosen = is_searched && comparison.holds(best, 0) ? best : 0;
   double left_p = chosen == 0 ? findings.detection.p_value : 1.0;
+  bool is_negligible = false;  // what is left
   while (chosen != 0) {
     const std::size_t size = comparison.all()[chosen].hypothesis.effects.size();
     progress(0.75 + 0.04 * static_cast<double>(size),
@@ -329,6 +372,8 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     for (const std::string& effect : most_likely(left, kNextRefitted, comparison.all()[chosen].names()))
       if (const auto added = comparison.add(chosen, effect))
         if (!next || comparison.all()[*added].log_evidence > comparison.all()[*next].log_evidence) next = added;
+    const auto evidence = [&](std::size_t i) { return comparison.all()[i].log_evidence; };
+    is_negligible = next && evidence(*next) - evidence(chosen) < kNegligible * (evidence(chosen) - evidence(0));
     if (!next || !comparison.holds(*next, chosen)) break;
     chosen = *next;
   }
@@ -350,11 +395,12 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   }
 
   const std::vector<Fitted>& all = comparison.all();
-  for (const Fitted& fitted : all) explanation.hypotheses.push_back(told(fitted, all.front()));
-  set_probabilities(explanation.hypotheses, all);
+  for (const Fitted& fitted : all) explanation.hypotheses.push_back(told(fitted, all.front(), campaign));
+  const std::vector<double> probabilities = comparison.probabilities();
+  for (std::size_t i = 0; i < all.size(); ++i) explanation.hypotheses[i].probability = probabilities[i];
   for (Explained& hypothesis : explanation.hypotheses)
     for (const Explained& other : explanation.hypotheses)
-      if (&other != &hypothesis && other.probability > kNotExcluded * hypothesis.probability)
+      if (&other != &hypothesis && other.probability > std::max(kNotExcluded * hypothesis.probability, kPossible))
         hypothesis.confusable_with.push_back(other.name);
 
   const Fitted& answer = all[chosen];
@@ -365,7 +411,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   if (explanation.verdict == Verdict::mismatch && is_something) {
     const double L = ship.particulars.L_pp;
     const double taken = 1.0 - energy(answer.fit.noise.sigma_w, L) / energy(findings.fit.sigma_w, L);
-    explanation.is_complete = chosen != 0 && left_p >= options.locate.false_alarm;
+    explanation.is_complete = chosen != 0 && (left_p >= options.locate.false_alarm || is_negligible);
     if (chosen != 0 && (explanation.is_complete || taken > kUnexplained))
       for (const std::string& name : answer.names()) explanation.chosen.push_back(name);
     if (!explanation.is_complete) explanation.chosen.push_back("unknown");
