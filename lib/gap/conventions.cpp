@@ -517,6 +517,14 @@ bool concerns_forces(const ReadingEntry& entry, const Ship& ship, const std::vec
     if (channel == "wind") return has_true != has_apparent;
     return channel.starts_with("app_") ? has_apparent && !has_true : has_true;
   }
+  if (channel == "delta" && entry.name == "radians") {  // only angles that a rudder can have
+    for (const Trajectory& t : recordings)
+      for (const Channel rudder : {Channel::delta, Channel::delta_p, Channel::delta_s})
+        if (t.has(rudder))
+          for (const double angle : t[rudder])
+            if (std::abs(angle) * kToDegrees > kPi) return false;
+    return true;
+  }
   if (channel == "delta") return true;
   if (channel == "vm" || channel == "r") return !velocities_are_settled;
   for (const Channel actuator : {Channel::delta_p, Channel::delta_s, Channel::n_p, Channel::n_bt, Channel::n_st})

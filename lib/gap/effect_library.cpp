@@ -59,7 +59,7 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
   for (std::size_t type = 0; type < catalogue.size(); ++type) {
     const std::string name(catalogue[type].info.name);
-    if (name == "tug" || name == "varying-current" || name == "model-error") continue;
+    if (!holds(name)) continue;
     Entry entry{name, static_cast<Eigen::Index>(variants_.size()), 0};
     std::string problem;
     for (const std::vector<double>& values : variants_of(catalogue[type].parameters, is_full_scale)) {
@@ -83,6 +83,10 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
     entry.is_one_sided = entry.count == 1 && (std::isnan(first.off) || first.low >= first.off);
     entries_.push_back(entry);
   }
+}
+
+bool EffectLibrary::holds(std::string_view effect) {
+  return effect != "tug" && effect != "varying-current" && effect != "model-error";
 }
 
 MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std::size_t> entries) const {

@@ -20,6 +20,8 @@ class EffectLibrary {
   };
 
   EffectLibrary(const Campaign& campaign, const FittedNull& fit);
+  /// Whether an effect of the catalogue is among those that are tried.
+  static bool holds(std::string_view effect);
 
   const std::vector<Entry>& entries() const { return entries_; }
   const std::vector<std::string>& not_applicable() const { return not_applicable_; }

@@ -27,7 +27,8 @@ constexpr double kNotExcluded = 0.1;      // of the probability: what is not exc
 constexpr double kPossible = 0.01;        // probability that is worth a word
 constexpr double kUnexplained = 0.5;      // of the model error's energy that what is named must take away
 constexpr double kNegligible = 0.05;      // of the evidence of what is named: what is left is not worth a word
-constexpr int kRefitIterations = 15;
+constexpr double kUnexcited = 0.01;       // nats
+constexpr int kRefitIterations = 20;
 
 // A hypothesis with its fit.
 struct Fitted {
@@ -112,12 +113,14 @@ class Comparison {
       : campaign_(campaign), options_(options) {
     fit_options_.jobs = options.locate.jobs;
     fit_options_.most_iterations = kRefitIterations;
+    // Gone on with as the others will be, so that none gains by a few steps more.
     Fitted none;
-    none.fit = null;
-    const Blocks blocks = blocks_of(campaign, null, null.noise, {0, nullptr}, options.locate.jobs);
+    none.fit = fit_with(campaign, null, {}, null.theta, fit_options_);
+    if (gap::log_evidence(none.fit) < gap::log_evidence(null)) none.fit = null;
+    const Blocks blocks = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.locate.jobs);
     folds_ = folds_of(campaign, blocks);
-    none.log_evidence = gap::log_evidence(null);
-    none.fold_evidence = fold_evidence(null, blocks, folds_);
+    none.log_evidence = gap::log_evidence(none.fit);
+    none.fold_evidence = fold_evidence(none.fit, blocks, folds_);
     all_.push_back(std::move(none));
   }
 
@@ -125,26 +128,56 @@ class Comparison {
   const std::vector<Fitted>& all() const { return all_; }
   const std::vector<std::vector<std::size_t>>& folds() const { return folds_; }
 
-  /// Fits `from` and one effect more, and keeps the result; its place, or nothing where it cannot be fitted.
-  std::optional<std::size_t> add(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice = {}) {
-    std::set<std::string> names = all_[from].names();
-    names.insert(effect);
-    for (std::size_t i = 0; i < all_.size(); ++i)
-      if (all_[i].names() == names && choice.fixed.empty()) return i;
-    std::optional<Fitted> best;
+  /// The effects of the catalogue that one linear step from `from` promises most of, and their starts. A screen about
+  /// the fit without them would miss those that the parameters imitate, and so have left.
+  struct Promise {
+    std::string effect;
+    std::vector<Start> starts;
+  };
+  std::vector<Promise> promises(std::size_t from, std::size_t count) {
+    std::vector<Promise> result;
+    const FittedNull& fit = all_[from].fit;
+    const double as_it_is = marginal(fit.total, fit.theta, fit.prior_sd);
+    for (const EffectDescription& description : effect_catalogue()) {
+      const std::string effect(description.info.name);
+      if (!EffectLibrary::holds(effect) || all_[from].names().contains(effect)) continue;
+      std::vector<Start> starts = starts_with(from, effect, {});
+      // Not excited: it changes nothing.
+      if (starts.empty() || std::abs(starts.front().log_evidence - as_it_is) < kUnexcited) continue;
+      result.push_back({effect, std::move(starts)});
+    }
+    std::stable_sort(result.begin(), result.end(), [](const Promise& a, const Promise& b) {
+      return a.starts.front().log_evidence > b.starts.front().log_evidence;
+    });
+    if (result.size() > count) result.resize(count);
+    return result;
+  }
+  std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice) {
     try {
-      const std::vector<Start> starts =
-          starts_of(effect, campaign_, all_[from].fit, options_.locate.jobs, all_[from].hypothesis, choice);
-      for (std::size_t i = 0; i < std::min<std::size_t>(2, starts.size()); ++i) {
-        if (starts[i].log_evidence < starts.front().log_evidence - kLessPromising) break;
+      return starts_of(effect, campaign_, all_[from].fit, options_.locate.jobs, all_[from].hypothesis, choice);
+    } catch (const EffectNotApplicable&) {
+      return {};
+    }
+  }
+
+  /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted.
+  std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts) {
+    if (starts.empty()) return std::nullopt;
+    std::set<std::string> names;
+    for (const FreeEffect& effect : starts.front().hypothesis.effects) names.insert(effect.name());
+    for (std::size_t i = 0; i < all_.size(); ++i)
+      if (all_[i].names() == names) return i;
+    std::optional<Fitted> best;
+    for (std::size_t i = 0; i < std::min<std::size_t>(2, starts.size()); ++i) {
+      if (starts[i].log_evidence < starts.front().log_evidence - kLessPromising) break;
+      try {
         Fitted fitted;
         fitted.hypothesis = starts[i].hypothesis;
-        fitted.fit = fit_with(campaign_, all_[from].fit, fitted.hypothesis, starts[i].z, fit_options_);
+        fitted.fit = fit_with(campaign_, all_[from].fit, fitted.hypothesis, starts[i].theta, fit_options_);
         fitted.log_evidence = gap::log_evidence(fitted.fit);
         if (!best || fitted.log_evidence > best->log_evidence) best = std::move(fitted);
+      } catch (const NumericalError&) {  // with this effect the simulator runs away: it is no explanation
       }
-    } catch (const NumericalError&) {  // with this effect the simulator runs away: it is no explanation
-    } catch (const EffectNotApplicable&) {
     }
     if (!best) return std::nullopt;
     const Blocks blocks = blocks_of(campaign_, best->fit, best->fit.noise, {0, nullptr}, options_.locate.jobs);
@@ -188,9 +221,11 @@ class Comparison {
 
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
   /// is more than nothing.
-  bool holds(std::size_t better, std::size_t than) const {
+  ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough
+  bool holds(std::size_t better, std::size_t than, double p_value) const {
     const auto [sum, sd] = gain(all_[better], all_[than]);
-    return sum > 0.0 && sum > kGainSd * sd && log_odds(better) > log_odds(than) && is_significant(all_[better]);
+    const double rate = options_.locate.false_alarm, least = p_value < rate * rate ? 1.0 : kGainSd;
+    return sum > 0.0 && sum > least * sd && log_odds(better) > log_odds(than) && is_significant(all_[better]);
   }
 
  private:
@@ -235,18 +270,6 @@ Detection left_beside(const Campaign& campaign, const Fitted& fitted, const GapE
   detect_options.seed = options.locate.seed;
   detect_options.refitted = 3;
   return detect(with, fit, library, detect_options);
-}
-
-std::vector<std::string> most_likely(const Detection& detection, std::size_t count, const std::set<std::string>& but) {
-  std::vector<Screened> screened;
-  for (const Screened& s : detection.effects)
-    if (!but.contains(s.name)) screened.push_back(s);
-  std::stable_sort(screened.begin(), screened.end(),
-                   [](const Screened& a, const Screened& b) { return a.log_bayes_factor > b.log_bayes_factor; });
-  std::vector<std::string> names;
-  for (const Screened& s : screened)
-    if (names.size() < count && (s.p_value < kExcited || names.size() < kAlwaysRefitted)) names.push_back(s.name);
-  return names;
 }
 
 const EffectInfo& info_of(const std::string& effect) {
@@ -344,21 +367,20 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   progress(0.4, "fits with the likeliest effects");
   Comparison comparison(campaign, investigation.null, options);
   const bool is_searched = findings.verdict != Verdict::no_mismatch;
-  const std::vector<std::string> first =
-      most_likely(findings.detection, is_searched ? options.refitted : kAlwaysRefitted, {});
   std::size_t best = 0;
   const auto better = [&](std::optional<std::size_t> i) {
     if (i && comparison.log_odds(*i) > comparison.log_odds(best)) best = *i;
   };
+  const auto first = comparison.promises(0, is_searched ? options.refitted : kAlwaysRefitted);
   for (std::size_t i = 0; i < first.size(); ++i) {
-    better(comparison.add(0, first[i]));
-    progress(0.4 + 0.35 * static_cast<double>(i + 1) / static_cast<double>(first.size() + 1), "fitted " + first[i]);
+    progress(0.45 + 0.3 * static_cast<double>(i) / static_cast<double>(first.size()), "fit with " + first[i].effect);
+    better(comparison.add(0, first[i].starts));
   }
   if (is_searched && !findings.located.intervals.empty() &&
       findings.located.intervals.front().p_value < options.locate.false_alarm && recordings.size() == 1)
-    better(comparison.add(0, "tug", tug_in(findings.located.intervals.front())));
+    better(comparison.add(0, comparison.starts_with(0, "tug", tug_in(findings.located.intervals.front()))));
   // Not the best, but what predicts better what was left out.
-  std::size_t chosen = is_searched && comparison.holds(best, 0) ? best : 0;
+  std::size_t chosen = is_searched && comparison.holds(best, 0, findings.detection.p_value) ? best : 0;
   double left_p = chosen == 0 ? findings.detection.p_value : 1.0;
   bool is_negligible = false;  // what is left
   while (chosen != 0) {
@@ -369,12 +391,12 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     left_p = left.p_value;
     if (left.p_value >= options.locate.false_alarm || size >= options.most_effects) break;
     std::optional<std::size_t> next;
-    for (const std::string& effect : most_likely(left, kNextRefitted, comparison.all()[chosen].names()))
-      if (const auto added = comparison.add(chosen, effect))
+    for (const auto& promise : comparison.promises(chosen, kNextRefitted))
+      if (const auto added = comparison.add(chosen, promise.starts))
         if (!next || comparison.all()[*added].log_evidence > comparison.all()[*next].log_evidence) next = added;
     const auto evidence = [&](std::size_t i) { return comparison.all()[i].log_evidence; };
     is_negligible = next && evidence(*next) - evidence(chosen) < kNegligible * (evidence(chosen) - evidence(0));
-    if (!next || !comparison.holds(*next, chosen)) break;
+    if (!next || !comparison.holds(*next, chosen, left_p)) break;
     chosen = *next;
   }
   // One that was taken first may have stood in for two others.
@@ -386,8 +408,8 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       std::size_t at = 0;
       std::optional<std::size_t> reduced = at;
       for (std::size_t i = 0; i < effects.size() && reduced; ++i)
-        if (i != out) reduced = comparison.add(*reduced, effects[i].name());
-      if (reduced && *reduced != 0 && !comparison.holds(chosen, *reduced)) {
+        if (i != out) reduced = comparison.add(*reduced, comparison.starts_with(*reduced, effects[i].name(), {}));
+      if (reduced && *reduced != 0 && !comparison.holds(chosen, *reduced, 1.0)) {
         chosen = *reduced;
         is_shorter = true;
       }

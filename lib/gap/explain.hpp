@@ -64,7 +64,7 @@ struct Explanation {
 
 struct GapExplainOptions {
   GapLocateOptions locate;
-  std::size_t refitted = 8;      ///< effects of the screen that are fitted without linearization
+  std::size_t refitted = 6;      ///< effects that are fitted without linearization
   std::size_t most_effects = 4;  ///< at a time
 };
 

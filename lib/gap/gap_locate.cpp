@@ -122,7 +122,7 @@ bool is_grossly_inconsistent(const Findings& findings, Campaign& campaign, const
   FitOptions options;
   options.jobs = jobs;
   try {
-    return errs_grossly(fit_with(campaign, null, starts.front().hypothesis, starts.front().z, options).report);
+    return errs_grossly(fit_with(campaign, null, starts.front().hypothesis, starts.front().theta, options).report);
   } catch (const NumericalError&) {  // with the effect the simulator runs away: it brings nothing back
     return true;
   }

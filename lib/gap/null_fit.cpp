@@ -27,6 +27,7 @@ constexpr double kLeastDamping = 0.3, kMostDamping = 20.0, kDampingFactor = 4.0;
 constexpr double kLeastGain = 0.01;       // of the log posterior by a step
 constexpr double kTellingGain = 0.1;      // of the log posterior, by which steps are judged
 constexpr double kNearer = 0.8;           // or so much nearer to where its slope vanishes
+constexpr double kBent = 2.0;             // stated sd of a coefficient
 constexpr double kCoordinateStep = 0.01;  // for derivatives by coordinates of effects
 constexpr double kDifference = 0.02;      // for derivatives by ln level
 constexpr double kLeastError = 0.005;     // of the typical acceleration: steps, means and inputs are no better
@@ -616,13 +617,12 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   return fit;
 }
 
-FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis, const Eigen::VectorXd& z0,
-                    const FitOptions& options) {
+FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis,
+                    const Eigen::VectorXd& theta0, const FitOptions& options) {
   FittedNull fit = from;
   const Eigen::Index effects = hypothesis.size(), coefficients = from.theta.size() - 1 - from.effects;
   fit.effects = effects;
-  fit.theta.resize(coefficients + effects + 1);
-  fit.theta << from.theta.head(coefficients), z0, from.theta.tail(1);
+  fit.theta = theta0;
   fit.prior_sd.resize(fit.theta.size());
   fit.prior_sd << from.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), from.prior_sd.tail(1);
   fit.parameters.erase(fit.parameters.begin() + coefficients, fit.parameters.end() - 1);
@@ -642,13 +642,19 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
                              std::size_t jobs, const Hypothesis& so_far, FreeEffect::Choice choice) {
   const Eigen::Index known = from.effects, coefficients = from.theta.size() - 1 - known;
   const FreeEffect plain(effect, campaign.ship, choice);
+  const bool is_bent = std::any_of(from.report.parameters.begin(), from.report.parameters.end(),
+                                   [](const ParameterShift& p) { return std::abs(p.shift_sd) > kBent; });
   std::vector<Start> starts;
   const auto add = [&](double towards_deg, const Eigen::VectorXd& z) {
     choice.towards_deg = towards_deg;
-    Start start{so_far, Eigen::VectorXd(known + plain.size()), 0.0};
-    start.hypothesis.effects.emplace_back(effect, campaign.ship, choice);
-    start.z << from.theta.segment(coefficients, known), z;
-    starts.push_back(std::move(start));
+    for (const double share : {1.0, 0.0}) {
+      if (share == 0.0 && !is_bent) break;
+      Start start{so_far, Eigen::VectorXd(from.theta.size() + plain.size()), 0.0};
+      start.hypothesis.effects.emplace_back(effect, campaign.ship, choice);
+      start.theta << share * from.theta.head(coefficients), from.theta.segment(coefficients, known), z,
+          from.theta.tail(1);
+      starts.push_back(std::move(start));
+    }
   };
   if (const auto neutral = plain.neutral())
     add(0.0, *neutral);
@@ -657,10 +663,10 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   else
     for (const double z : {-1.0, 0.0, 1.0}) add(0.0, Eigen::VectorXd::Constant(plain.size(), z));
 
-  const Eigen::VectorXd plain_theta = plain_of(from.theta, known);
   for (Start& start : starts) {
-    const Eigen::Index effects = start.z.size();
-    const EffectColumns columns(campaign, start.hypothesis, start.z, plain_theta);
+    const Eigen::Index effects = known + plain.size();
+    const Eigen::VectorXd plain_theta = plain_of(start.theta, effects);
+    const EffectColumns columns(campaign, start.hypothesis, start.theta.segment(coefficients, effects), plain_theta);
     const double delay_s = columns.rudder_delay_s();
     std::vector<Evidence> parts(from.stretches.size());
     parallel_for(parts.size(), jobs, [&](std::size_t s) {
@@ -672,17 +678,19 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
       linear.event_scale = from.event_scale[s];
       parts[s] = evidence(linear, from.noise);
     });
-    Eigen::VectorXd theta(coefficients + effects + 1), sd(theta.size());
-    theta << plain_theta.head(coefficients), start.z, plain_theta.tail(1);
+    Eigen::VectorXd sd(start.theta.size());
     sd << from.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), from.prior_sd.tail(1);
-    Evidence total(theta.size());
+    Evidence total(start.theta.size());
     for (const Evidence& part : parts) total += part;
-    start.log_evidence = marginal(total, theta, sd);
+    start.log_evidence = marginal(total, start.theta, sd);
+    if (!std::isfinite(start.log_evidence)) start.log_evidence = -1e300;  // the simulator runs away
     Eigen::MatrixXd M = total.F;
     const Eigen::VectorXd precision = sd.array().square().inverse();
     M.diagonal() += precision;
-    const Eigen::VectorXd step = M.llt().solve(total.b - precision.cwiseProduct(theta)).segment(coefficients, effects);
-    start.z += step / std::max(1.0, step.cwiseAbs().maxCoeff() / kLongestStart);
+    const Eigen::VectorXd step = M.llt().solve(total.b - precision.cwiseProduct(start.theta));
+    const double too_long = std::max({1.0, step.head(coefficients).cwiseAbs().maxCoeff(),
+                                      step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kLongestStart});
+    if (step.allFinite()) start.theta += step / too_long;
   }
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });

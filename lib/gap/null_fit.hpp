@@ -42,15 +42,16 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options);
 
 /// The same with effects whose coordinates are fitted beside the coefficients, from another fit on: its data, paths,
 /// noise levels and events are where it begins, and its prior widths hold. theta is then (coefficients, z, timing).
-///   z0  coordinates to start from
-FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis, const Eigen::VectorXd& z0,
-                    const FitOptions& options);
+///   theta0  to start from
+FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis,
+                    const Eigen::VectorXd& theta0, const FitOptions& options);
 
 /// Coordinates from which a fit may reach the best ones, most promising first: the neutral place, or the median and
-/// around the compass, each judged by one linear step from another fit.
+/// around the compass, with the coefficients of another fit and with those of the ship, which an effect that is missing
+/// may have bent; each judged by one linear step.
 struct Start {
   Hypothesis hypothesis;
-  Eigen::VectorXd z;          ///< after the linear step
+  Eigen::VectorXd theta;      ///< (coefficients, z, timing) after the linear step
   double log_evidence = 0.0;  ///< that the step promises
 };
 ///   so_far  the hypothesis of `from`, to which the effect is added

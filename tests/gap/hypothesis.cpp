@@ -107,7 +107,8 @@ TEST_CASE("hypothesis: planted effects are fitted beside wrong coefficients", "[
         gap::prepare(stated, test::recorded({"esso-osaka-3m", seed, 4, 200.0, 1.0, 0.5}, truth), {});
     const gap::FittedNull null = gap::fit_null(campaign, two_jobs());
     const std::vector<gap::Start> starts = gap::starts_of(planted.effect, campaign, null, 2);
-    const gap::FittedNull fit = gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().z, two_jobs());
+    const gap::FittedNull fit =
+        gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().theta, two_jobs());
     CHECK(fit.report.converged);
     CHECK(gap::log_evidence(fit) > gap::log_evidence(null) + 5.0);
     const gap::Coordinates z = gap::coordinates_of(fit);
@@ -132,7 +133,8 @@ TEST_CASE("hypothesis: where nothing is missing, no effect gains evidence worth 
   for (const char* const effect : {"steady-current", "rudder-offset", "thrust-loss", "earth-force"}) {
     CAPTURE(effect);
     const std::vector<gap::Start> starts = gap::starts_of(effect, campaign, null, 2);
-    const gap::FittedNull fit = gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().z, two_jobs());
+    const gap::FittedNull fit =
+        gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().theta, two_jobs());
     CHECK(gap::log_evidence(fit) < gap::log_evidence(null) + 3.0);
   }
 }
