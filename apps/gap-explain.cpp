@@ -99,7 +99,7 @@ int main(int argc, char** argv) try {
   io::write_text((folder / "ship.json").string(), io::to_text(gap::ship_with(io::read_json(ship.file), explanation)));
   io::write_text((folder / "report.html").string(),
                  gap::report_html(
-                     explanation.findings, "What " + ship.name + " lacks",
+                     explanation, "What " + ship.name + " lacks",
                      fmt::format("{}", fmt::join(json["provenance"]["command"].get<std::vector<std::string>>(), " "))));
   io::write_text((folder / "report.json").string(), io::to_text(json));
   cli::warn_all(explanation.notices);

@@ -355,6 +355,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     if (options.locate.progress) options.locate.progress(done, note);
   };
   Explanation explanation;
+  if (!heldout.empty()) prepare(ship, heldout, {options.locate.step_s, 0.0});  // refused before the long work
   GapLocateOptions locate_options = options.locate;
   locate_options.progress = [&](double done, const std::string& note) { progress(0.4 * done, note); };
   Investigation investigation = investigate(ship, recordings, locate_options);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "core/units.hpp"
+#include "gap/explain_json.hpp"
 #include "gap/locate_json.hpp"
 #include "gap/page/page_parts.hpp"
 #include "gap/summary.hpp"
@@ -137,15 +138,21 @@ std::vector<std::size_t> thinned(std::span<const std::vector<double>> lines, std
   return kept;
 }
 
-std::string report_html(const Findings& findings, const std::string& title, const std::string& provenance) {
+namespace {
+
+std::string page_of(const Findings& findings, const Json& explanation, const std::string& summary,
+                    const std::string& title, const std::string& provenance) {
   Json recordings = Json::array();
   const std::size_t limit =
       std::min(kPointsPerLine, kPointsInAll / std::max<std::size_t>(1, findings.residuals.size()));
   for (const Residual& residual : findings.residuals)
     recordings.push_back(drawn(residual, std::max<std::size_t>(limit, 50)));
-  const std::string data = in_script(
-      {{"title", title}, {"provenance", provenance}, {"findings", to_json(findings)}, {"recordings", recordings}});
-  const std::string escaped_title = escaped(title), escaped_summary = escaped(summary(findings));
+  const std::string data = in_script({{"title", title},
+                                      {"provenance", provenance},
+                                      {"findings", to_json(findings)},
+                                      {"explanation", explanation},
+                                      {"recordings", recordings}});
+  const std::string escaped_title = escaped(title), escaped_summary = escaped(summary);
   const std::pair<std::string_view, std::string_view> parts[] = {
       {"title", escaped_title}, {"summary", escaped_summary}, {"style", kStyle},
       {"data", data},           {"charts", kCharts},          {"script", kScript},
@@ -163,6 +170,16 @@ std::string report_html(const Findings& findings, const std::string& title, cons
         std::find_if(std::begin(parts), std::end(parts), [&](const auto& part) { return part.first == name; })->second;
     rest.remove_prefix(close + 2);
   }
+}
+
+}  // namespace
+
+std::string report_html(const Findings& findings, const std::string& title, const std::string& provenance) {
+  return page_of(findings, nullptr, summary(findings), title, provenance);
+}
+
+std::string report_html(const Explanation& explanation, const std::string& title, const std::string& provenance) {
+  return page_of(explanation.findings, to_json(explanation), summary(explanation), title, provenance);
 }
 
 }  // namespace leeway::gap

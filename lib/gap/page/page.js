@@ -10,7 +10,7 @@
   };
   window.addEventListener('error', (event) => fail(event.message));
 
-  const {title, provenance, findings, recordings} = JSON.parse(document.getElementById('data').textContent);
+  const {title, provenance, findings, explanation, recordings} = JSON.parse(document.getElementById('data').textContent);
   const {located, audit, conventions, detection, null_fit: fit, sigma_w: sigma} = findings;
   const AXES = ['surge', 'sway', 'yaw'];
   // Okabe and Ito's colors: told apart with any color vision.
@@ -238,10 +238,11 @@
 
   // Verdict.
   const VERDICT = {mismatch: 'mismatch', 'no-mismatch': 'no mismatch', undecided: 'undecided'};
-  const hero = element('div', {class: 'hero ' + findings.verdict});
+  const {verdict, sentence} = explanation || findings;
+  const hero = element('div', {class: 'hero ' + verdict});
   page.append(hero);
   hero.append(element('div', {class: 'title'}, title));
-  hero.append(element('h1', {}, element('span', {class: 'badge'}, VERDICT[findings.verdict]), findings.sentence));
+  hero.append(element('h1', {}, element('span', {class: 'badge'}, VERDICT[verdict]), sentence));
   if (detection.reason) hero.append(element('p', {}, detection.reason));
 
   const cards = element('div', {class: 'cards'});
@@ -276,6 +277,77 @@
     warn(fault.sentence + (findings.faults_taken_out ? ' (taken out before the fit)' : ' (still in the data)'));
   if (!fit.converged)
     warn(`The fit has not converged after ${fit.iterations} iterations: do not rely on what follows.`);
+
+  // What.
+  if (explanation) {
+    const what = section(
+        'What is missing',
+        'Effects that were fitted to the recordings beside the ship\'s uncertain parameters, by their probability. ' +
+            'Held-out gain: how much better [nats] what was left out is predicted than by the simulator as it is.');
+    const shown = explanation.hypotheses.slice(0, 10);
+    bars(
+        what, 'probability of what may be missing',
+        shown.map((h) => ({
+                    label: h.name === 'none' ? 'nothing' : h.name,
+                    value: h.probability,
+                    color: h.effects.length > 0 && h.effects.every((e) => explanation.chosen.includes(e)) ? COLOR.sway :
+                                                                                                         COLOR.grey,
+                    tip: `${short(h.probability)}: ${h.sentence}`,
+                  })),
+        {axis: 'probability', min: 0, max: 1});
+    const rows = shown.flatMap(
+        (h) => (Object.keys(h.parameters).length > 0 ? Object.entries(h.parameters) : [[null, null]])
+                   .map(([name, p], i) => ({h, name, p, first: i === 0})));
+    what.append(table(
+                    [
+                      {name: 'Missing', of: ({h, first}) => (first ? (h.name === 'none' ? 'nothing' : h.name) : '')},
+                      {name: 'Evidence [nats]', of: ({h, first}) => (first ? short(h.log_evidence) : ''), kind: 'number'},
+                      {
+                        name: 'Held-out gain [nats]',
+                        of: ({h, first}) => (first ? withSd(h.heldout_gain_nats, h.heldout_gain_sd_nats) : ''),
+                        kind: 'number'
+                      },
+                      {name: 'Parameter', of: ({name}) => name || ''},
+                      {name: 'Estimate', of: ({p}) => (p ? withSd(p.estimate, p.sd) + printed(p.unit) : ''), kind: 'number'},
+                      {
+                        name: '95 %',
+                        of: ({p}) => (p ? `${short(p.ci95[0])} to ${short(p.ci95[1])}` : ''),
+                        kind: 'number'
+                      },
+                    ],
+                    rows)
+                    .node);
+
+    const fits = section(
+        'Fit before and after',
+        'Root mean square errors of free runs from recorded states with the recorded inputs. Held out: ' +
+            (explanation.heldout_is_given ? 'recordings that nothing was fitted to.' :
+                                            'each part of the recordings with what was fitted to the others.'));
+    const lines = [];
+    for (const [name, fit] of [['held out', explanation.fit.heldout], ['fitted', explanation.fit.train]])
+      for (const horizon of Object.keys(fit.before.free_runs))
+        lines.push({name, horizon, before: fit.before.free_runs[horizon], after: fit.after.free_runs[horizon]});
+    const both = (key) => ({before, after}) => `${short(before[key])} \u2192 ${short(after[key])}`;
+    fits.append(table(
+                    [
+                      {name: 'Recordings', of: (l) => l.name},
+                      {name: 'Run [s]', of: (l) => l.horizon, kind: 'number'},
+                      {name: 'u [m/s]', of: both('rmse_u_mps'), kind: 'number'},
+                      {name: 'v_m [m/s]', of: both('rmse_vm_mps'), kind: 'number'},
+                      {name: 'r [deg/s]', of: both('rmse_r_degps'), kind: 'number'},
+                      {name: 'position [m]', of: both('rmse_position_m'), kind: 'number'},
+                    ],
+                    lines)
+                    .node);
+    const held = explanation.fit.heldout;
+    bars(
+        fits, 'position error of held-out runs of 100 s by recording, before and after',
+        Object.keys(held.before.recordings).slice(0, 20).flatMap((name) => [
+          {label: `${name} before`, value: held.before.recordings[name].rmse_position_m, color: COLOR.grey},
+          {label: 'after', value: held.after.recordings[name]?.rmse_position_m, color: COLOR.sway},
+        ]),
+        {axis: 'position error of held-out runs of 100 s [m]', min: 0});
+  }
 
   // When.
   const intervalsOf = (recording) =>

@@ -1,0 +1,109 @@
+#include "gap/explain.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "core/units.hpp"
+#include "gap/explain_json.hpp"
+#include "gap/free_runs.hpp"
+#include "gap/perturbed_ship.hpp"
+#include "gap/simulated_campaign.hpp"
+#include "gap/summary.hpp"
+#include "gap/words.hpp"
+
+using namespace leeway;
+using Catch::Matchers::Contains;
+
+namespace {
+
+gap::GapExplainOptions two_jobs() {
+  gap::GapExplainOptions options;
+  options.locate.jobs = 2;
+  return options;
+}
+
+EffectEntry effect(std::string type, std::vector<std::pair<std::string, std::optional<double>>> parameters) {
+  return {std::move(type), std::move(parameters), "ship.json", "/effects/0"};
+}
+
+const gap::Explained& found(const gap::Explanation& explanation, const std::string& name) {
+  for (const gap::Explained& hypothesis : explanation.hypotheses)
+    if (hypothesis.name == name) return hypothesis;
+  FAIL("no hypothesis " << name);
+  throw 0;
+}
+
+}  // namespace
+
+TEST_CASE("gap-explain: a planted current is named, measured, and shown to help on other recordings", "[gap][long]") {
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 1);
+  truth.effects.push_back(effect("steady-current", {{"current_speed_mps", 0.05}, {"current_set_deg", 140.0}}));
+  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 1, 4, 200.0, 1.0, 0.5}, truth);
+  std::vector<Trajectory> heldout = test::recorded({"esso-osaka-3m", 91, 2, 200.0, 1.0, 0.5}, truth);
+  const Ship stated = read_ship("esso-osaka-3m");
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, heldout, two_jobs());
+
+  CHECK(explanation.verdict == gap::Verdict::mismatch);
+  CHECK(explanation.chosen == std::vector<std::string>{"steady-current"});
+  CHECK(explanation.hypotheses.front().name == "steady-current");
+  CHECK(explanation.hypotheses.front().probability > 0.9);
+  const gap::Explained& current = found(explanation, "steady-current");
+  REQUIRE(current.parameters.size() == 2);
+  CHECK(current.parameters[0].low < 0.05);
+  CHECK(current.parameters[0].high > 0.05);
+  CHECK(current.parameters[0].estimate == Approx(0.05).epsilon(0.05));
+  CHECK(current.parameters[1].estimate == Approx(140.0).margin(5.0));
+  // The simulator with the current follows recordings that nothing was fitted to.
+  CHECK(explanation.heldout_is_given);
+  const gap::Scores &before = explanation.heldout.before, &after = explanation.heldout.after;
+  CHECK(after.free_runs.at(100).rmse_position_m < 0.5 * before.free_runs.at(100).rmse_position_m);
+  CHECK(after.log_likelihood_per_sample > before.log_likelihood_per_sample);
+  CHECK(explanation.heldout_gain > 2.0 * explanation.heldout_gain_sd);
+
+  // ship.json is the ship's own with one effect more, and makes a model.
+  REQUIRE(explanation.effects.size() == 1);
+  const io::Json with = gap::ship_with(io::read_json(stated.file), explanation);
+  CHECK(with["effects"].back()["type"] == "steady-current");
+  CHECK(with["effects"].back()["current_speed_mps"].get<double>() == current.parameters[0].estimate);
+
+  const std::string text = gap::summary(explanation);
+  CHECK_THAT(text, Contains("MISMATCH"));
+  CHECK_THAT(text, Contains("steady-current"));
+  CHECK_THAT(text, Contains("current_speed_mps"));
+  const io::Json json = gap::to_json(explanation);
+  CHECK(json["chosen"] == io::Json{"steady-current"});
+  CHECK(json["fit"]["heldout"]["after"]["rmse_position_m"].get<double>() == after.free_runs.at(100).rmse_position_m);
+  CHECK(json["hypotheses"][0]["parameters"]["current_set_deg"]["unit"] == "deg");
+}
+
+TEST_CASE("gap-explain: where nothing is missing nothing is chosen, and the ship stays as it is", "[gap][long]") {
+  std::vector<Trajectory> none;
+  std::vector<Trajectory> recordings =
+      test::recorded({"esso-osaka-3m", 3, 4, 200.0, 1.0, 0.5}, test::perturbed_ship("esso-osaka-3m", 0.1, 9));
+  const Ship stated = read_ship("esso-osaka-3m");
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, none, two_jobs());
+  CHECK(explanation.verdict == gap::Verdict::no_mismatch);
+  CHECK(explanation.chosen.empty());
+  CHECK(explanation.effects.empty());
+  CHECK(explanation.hypotheses.front().name == "none");
+  CHECK(gap::ship_with(io::read_json(stated.file), explanation) == io::read_json(stated.file));
+  const double before = explanation.train.before.free_runs.at(100).rmse_position_m;
+  CHECK(explanation.train.after.free_runs.at(100).rmse_position_m == before);
+}
+
+TEST_CASE("free runs: a simulator follows its own recordings as well as their noise lets it start", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(ship, test::recorded({"esso-osaka-3m", 5, 1, 310.0, 1.0, 0.5}, ship), {});
+  gap::FitOptions options;
+  const gap::FittedNull fit = gap::fit_null(campaign, options);
+  const std::vector<gap::Run> runs = gap::whole_runs(campaign);
+  const gap::Scores exact = gap::free_runs(campaign, fit.smoothed, {{ship, runs}}, 1);
+  CHECK(exact.free_runs.at(30).rmse_u_mps == Approx(0.01).epsilon(0.2));  // the noise of the recording
+  CHECK(exact.free_runs.at(30).rmse_r_degps == Approx(0.1).epsilon(0.25));
+  CHECK(exact.free_runs.at(100).rmse_position_m < 0.5);
+  Ship other = ship;
+  other.effects.push_back(effect("steady-current", {{"current_speed_mps", 0.1}, {"current_set_deg", 0.0}}));
+  const gap::Scores wrong = gap::free_runs(campaign, fit.smoothed, {{other, runs}}, 1);
+  CHECK(wrong.free_runs.at(100).rmse_position_m > 3.0 * exact.free_runs.at(100).rmse_position_m);
+  CHECK(wrong.by_recording.size() == 1);
+  CHECK(gap::coverage(fit.smoothed) == Approx(0.95).margin(0.02));
+}
