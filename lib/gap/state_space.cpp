@@ -225,6 +225,7 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
   Eigen::VectorXd innovations(kRows);
   Eigen::Index filled = 0;
   const auto flush = [&](Evidence& block) {
+    if (filled == 0) return;  // where measurements are a multiple of kRows; Eigen divides by this
     block.F.selfadjointView<Eigen::Lower>().rankUpdate(rows.topRows(filled).transpose());
     block.b.noalias() += rows.topRows(filled).transpose() * innovations.head(filled);
     filled = 0;

@@ -11,6 +11,7 @@
 #include "gap/channel_quality.hpp"
 #include "gap/detect.hpp"
 #include "gap/locate.hpp"
+#include "gap/simulated_campaign.hpp"
 
 using namespace leeway;
 using Catch::Matchers::Contains;
@@ -319,5 +320,30 @@ TEST_CASE("gap: derivatives of a step by automatic differentiation are those by 
       const gap::Vec6 difference = (step(x, theta + d) - step(x, theta - d)) / (2.0 * h);
       CHECK((linear.steps[0].G.col(j) - difference).norm() < 1e-7);
     }
+  }
+}
+
+TEST_CASE("gap: blocks without measurements, and with any number of them, add up", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(ship, test::recorded({"esso-osaka-3m", 2, 1, 120.0, 1.0, 0.5}, ship), {});
+  gap::Stretch& stretch = campaign.stretches.front();
+  for (std::size_t k = 40; k < 60; ++k) stretch.measured[k].setConstant(kMissing);
+  const auto p = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
+  const gap::LinearStretch linear =
+      gap::linearize(ship, stretch, gap::measured_path(stretch), Eigen::VectorXd::Zero(p));
+  gap::Noise noise;
+  noise.sigma_w.setConstant(1e-3);
+  noise.tau_s = 12.0;
+  noise.wind_tau_s = 15.0;
+  noise.measurement_sd.setConstant(0.01);
+  const gap::Evidence whole = gap::evidence(linear, noise);
+  for (const std::size_t points : {1, 7, 16, 20}) {  // 16 points hold as many measurements as are gathered at once
+    CAPTURE(points);
+    gap::Evidence sum(p);
+    for (const gap::Evidence& block : gap::evidence_by_blocks(linear, noise, points)) sum += block;
+    CHECK(sum.measurements == whole.measurements);
+    CHECK(sum.log_likelihood == Approx(whole.log_likelihood));
+    CHECK((sum.F - whole.F).norm() < 1e-9 * whole.F.norm());
+    CHECK((sum.b - whole.b).norm() < 1e-9 * (1.0 + whole.b.norm()));
   }
 }
