@@ -58,7 +58,7 @@ struct SingleRudder {
   // Longitudinal flow at the rudder [m/s]; negative where it comes from astern.
   T inflow(const T& u, const PropellerFlow<T>& flow) const {
     using std::abs, std::sqrt;
-    const T b = c.epsilon * flow.u_P;
+    T b = c.epsilon * flow.u_P;
     if (!(flow.n < T(0.0)) && flow.n2_K_T > T(0.0)) {
       const T race = sqrt(flow.u_P * flow.u_P + 8.0 * flow.n2_K_T * (D_P * D_P / kPi));
       const T a = b + c.k_x * (race - flow.u_P);

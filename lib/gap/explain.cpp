@@ -73,6 +73,7 @@ std::vector<double> fold_evidence(const FittedNull& fit, const Blocks& blocks,
   const Evidence total = blocks.total();
   const double all = marginal(total, fit.theta, fit.prior_sd);
   std::vector<double> result;
+  result.reserve(folds.size());
   for (const std::vector<std::size_t>& fold : folds)
     result.push_back(all - marginal(without(total, blocks, fold), fit.theta, fit.prior_sd));
   return result;
