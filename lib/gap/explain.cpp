@@ -363,7 +363,6 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   Findings& findings = investigation.findings;
   Campaign& campaign = investigation.campaign;
   explanation.p_value = findings.detection.p_value;
-  explanation.reason = findings.detection.reason;
   explanation.verdict = findings.verdict;
 
   progress(0.4, "fits with the likeliest effects");
@@ -407,8 +406,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     const std::vector<FreeEffect> effects = comparison.all()[chosen].hypothesis.effects;
     if (effects.size() < 2) break;
     for (std::size_t out = 0; out < effects.size() && !is_shorter; ++out) {
-      std::size_t at = 0;
-      std::optional<std::size_t> reduced = at;
+      std::optional<std::size_t> reduced = std::size_t{0};
       for (std::size_t i = 0; i < effects.size() && reduced; ++i)
         if (i != out) reduced = comparison.add(*reduced, comparison.starts_with(*reduced, effects[i].name(), {}));
       if (reduced && *reduced != 0 && !comparison.holds(chosen, *reduced, 1.0)) {
@@ -429,7 +427,6 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
 
   const Fitted& answer = all[chosen];
   explanation.left_p_value = left_p;
-  explanation.sigma_w_after = answer.fit.noise.sigma_w;
   const bool is_something = chosen != 0 || findings.detection.p_value < options.locate.false_alarm;
   if (chosen != 0) explanation.verdict = Verdict::mismatch;
   if (explanation.verdict == Verdict::mismatch && is_something) {

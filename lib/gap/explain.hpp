@@ -49,13 +49,11 @@ struct Explanation {
   Findings findings;
   Verdict verdict = Verdict::undecided;
   double p_value = 1.0;
-  std::string reason;                 ///< why this verdict, to a person
   std::vector<Explained> hypotheses;  ///< most probable first; "none" is one of them
   std::vector<std::string> chosen;    ///< names; "unknown" where the catalogue does not hold it
   bool is_complete = true;            ///< whether nothing significant is left beside what was chosen
   double left_p_value = 1.0;          ///< of what is left then
-  Vec3<double> sigma_w_after = Vec3<double>::Zero();
-  std::vector<EffectEntry> effects;  ///< that ship.json has more than the ship
+  std::vector<EffectEntry> effects;   ///< that ship.json has more than the ship
   BeforeAfter train, heldout;
   bool heldout_is_given = false;                     ///< false: recordings, or blocks of a few, were left out in turn
   double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< of what was chosen [nats]

@@ -12,12 +12,11 @@ namespace leeway::gap {
 /// An effect of the catalogue with free parameters. Coordinates z stand for them, independent and standard normal
 /// before any recording is seen, so that all effects are fitted in the same units:
 ///
-///   a speed or force with a direction  z = its two components by the prior's sd (Rayleigh), so that nothing is at z =
-///   0 a direction of something else      z from `towards_deg`, in units of 360/sqrt(2 pi) deg: as flat as the density
-///   of
-///                                      all directions
-///   log-normal, normal, uniform        z = (ln x - ln median)/sd, (x - median)/sd, inverse normal distribution of the
-///                                      share of the range
+///   - a speed or force with a direction: its two components by the prior's sd (Rayleigh); nothing is at z = 0;
+///   - a direction of something else: from `towards_deg`, in units of 360/sqrt(2 pi) deg, as flat as the density of all
+///     directions;
+///   - log-normal, normal, uniform: (ln x - ln median)/sd, (x - median)/sd, inverse normal distribution of the share of
+///     the range.
 ///
 /// Parameters that have a default and no neutral value (a place, a shape) keep the default, unless they are freed.
 class FreeEffect {

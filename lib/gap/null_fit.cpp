@@ -34,9 +34,9 @@ constexpr double kLeastError = 0.005;     // of the typical acceleration: steps,
 constexpr double kEventBlock_s = 10.0;    // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
-constexpr int kFreeSteps = 8;
-constexpr int kEventsSettled = 14;   // iterations after which events stay what they are
-constexpr double kLevelReach = 1.5;  // of ln level: the paths are renewed before one goes farther
+constexpr int kFreeSteps = 8;                       // iterations in which steps need not make the recordings likelier
+constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
+constexpr double kLevelReach = 1.5;                 // of ln level: the paths are renewed before one goes farther
 
 double robust_sd(std::vector<double> x) {
   if (x.empty()) return 0.0;
