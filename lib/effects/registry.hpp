@@ -7,6 +7,8 @@
 
 #include "core/errors.hpp"
 #include "effects/actuator_delay.hpp"
+#include "effects/actuator_lag.hpp"
+#include "effects/actuator_rate.hpp"
 #include "effects/body_force.hpp"
 #include "effects/cross_flow_drag.hpp"
 #include "effects/draft.hpp"
@@ -31,10 +33,11 @@ namespace leeway {
 
 /// The one list of effects, in the order of the catalogue. A new one adds its header and its name here.
 template <typename T>
-using Effect = std::variant<SteadyCurrent<T>, VaryingCurrent<T>, ShallowWater<T>, Windage<T>, UnmeasuredWind<T>,
-                            WaveDrift<T>, Fouling<T>, Draft<T>, CrossFlowDrag<T>, ThrustLoss<T>, Wake<T>,
-                            RudderOffset<T>, RudderEffectiveness<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>,
-                            ActuatorDelay<T>, Tug<T>, BodyForce<T>, EarthForce<T>, ModelError<T>>;
+using Effect =
+    std::variant<SteadyCurrent<T>, VaryingCurrent<T>, ShallowWater<T>, Windage<T>, UnmeasuredWind<T>, WaveDrift<T>,
+                 Fouling<T>, Draft<T>, CrossFlowDrag<T>, ThrustLoss<T>, Wake<T>, RudderOffset<T>,
+                 RudderEffectiveness<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>, ActuatorDelay<T>, ActuatorRate<T>,
+                 ActuatorLag<T>, Tug<T>, BodyForce<T>, EarthForce<T>, ModelError<T>>;
 
 /// What is known of an effect before any ship: its text and its parameters.
 struct EffectDescription {
@@ -98,7 +101,7 @@ class Effects {
           blows_ |= requires(Situation<T> at) { e.wind(at); };
           moves_water_ |= requires(Situation<T> at) { e.water(at); };
           pushes_ |= requires(Situation<T> at) { e.force(at); };
-          if constexpr (requires { e.rudder_delay_s(); }) rudder_delay_s_ += e.rudder_delay_s();
+          if constexpr (requires { e.slow(response_); }) e.slow(response_);
         },
         effect);
     effects_.push_back(std::move(effect));
@@ -110,7 +113,7 @@ class Effects {
   bool blow() const { return blows_; }
   bool moves_water() const { return moves_water_; }
   bool push() const { return pushes_; }
-  const T& rudder_delay_s() const { return rudder_delay_s_; }
+  const RudderResponse& rudder_response() const { return response_; }
 
   void change(ModelParts<T> parts) const {
     for (const Effect<T>& effect : effects_)
@@ -160,7 +163,7 @@ class Effects {
 
   std::vector<Effect<T>> effects_;
   bool acts_ = false, blows_ = false, moves_water_ = false, pushes_ = false;
-  T rudder_delay_s_ = T(0.0);
+  RudderResponse response_;
 };
 
 }  // namespace leeway
