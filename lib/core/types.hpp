@@ -13,6 +13,9 @@ template <typename T>
 using Vec3 = Eigen::Matrix<T, 3, 1>;
 
 template <typename T>
+using Mat2 = Eigen::Matrix<T, 2, 2>;
+
+template <typename T>
 using Mat3 = Eigen::Matrix<T, 3, 3>;
 
 }  // namespace leeway

@@ -56,27 +56,32 @@ ShipState<T> rate_of_change(const Model<T>& model, const ShipState<T>& state, co
   at.cos_psi = cos(state.eta(2));
   at.sin_psi = sin(state.eta(2));
   at.nu_water = at.nu_ground = state.nu;
+  at.recorded_wind = inputs.true_wind;
   Vec2<T> true_wind = inputs.true_wind;
   Vec3<T> extra = Vec3<T>::Zero();  // forces besides those of the modules
   const Effects<T>& effects = model.effects;
   if (effects.moves_water()) {
     const WaterMotion<T> water = effects.water(at);
     at.nu_ground.template head<2>() += at.to_ship(water.velocity);
-    extra = model.inertia.frame_force(at.to_ship(water.rate));
+    at.nu_water(2) -= water.turn(at);
+    const Vec2<T> over_ground = at.to_earth(at.nu_ground.template head<2>());
+    extra = model.inertia.frame_force(at.to_ship(water.along_path(over_ground)));
   }
   if (effects.blow()) true_wind += effects.wind(at);
-  if (effects.push()) extra += effects.force(at);
+  std::optional<Actuators<T>> changed;
+  if (effects.act()) {
+    changed = inputs.actuators;
+    effects.act(*changed);
+  }
+  if (effects.push()) {
+    at.actuators = changed ? &*changed : &acting.actuators;
+    extra += effects.force(at);
+  }
 
   const T &u = at.nu_ground(0), &v_m = at.nu_ground(1);
   const Vec2<T> apparent_wind = at.to_ship(true_wind) + at.nu_ground.template head<2>();
-  Vec3<T> force;
-  if (effects.act()) {
-    Actuators<T> changed = inputs.actuators;
-    effects.act(changed);
-    force = model.modules.force(state.nu, changed, apparent_wind);
-  } else {
-    force = model.modules.force(state.nu, acting, apparent_wind);
-  }
+  const Vec3<T> force = changed ? model.modules.force(at.nu_water, *changed, apparent_wind)
+                                : model.modules.force(at.nu_water, acting, apparent_wind);
   return {Vec3<T>(u * at.cos_psi - v_m * at.sin_psi, u * at.sin_psi + v_m * at.cos_psi, state.nu(2)),
           model.inertia.acceleration(state.nu, force + extra)};
 }

@@ -35,7 +35,7 @@ std::string default_text(const EffectParameter& p) {
 
 std::string off_text(const EffectDescription& effect, const EffectParameter& p) {
   if (!std::isnan(p.off)) return fmt::format("{}", p.off);
-  return effect.parameters.size() == 1 ? "null" : "";
+  return is_switch(effect, p) ? "null" : "";
 }
 
 }  // namespace

@@ -38,6 +38,11 @@ const std::vector<EffectDescription>& effect_catalogue() {
   return catalogue;
 }
 
+bool is_switch(const EffectDescription& effect, const EffectParameter& parameter) {
+  return &parameter == &effect.parameters.front() && std::all_of(effect.parameters.begin(), effect.parameters.end(),
+                                                                 [](const auto& p) { return std::isnan(p.off); });
+}
+
 std::optional<EffectValues> effect_values(const EffectEntry& entry) {
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
   const auto found =
@@ -69,7 +74,7 @@ std::optional<EffectValues> effect_values(const EffectEntry& entry) {
         throw InputError(entry.file, 0, pointer,
                          fmt::format("expected {} ({}), got {}", expected_range(p), p.meaning, value));
       result.values.push_back(value);
-    } else if (found->parameters.size() == 1 && std::isnan(p.off)) {
+    } else if (is_switch(*found, p)) {
       is_off = true;
     } else {
       throw InputError(entry.file, 0, pointer, fmt::format("expected {} ({}), got null", expected_range(p), p.meaning));

@@ -9,22 +9,34 @@
 #include "effects/actuator_delay.hpp"
 #include "effects/actuator_lag.hpp"
 #include "effects/actuator_rate.hpp"
+#include "effects/added_mass.hpp"
+#include "effects/anemometer.hpp"
+#include "effects/bank.hpp"
 #include "effects/body_force.hpp"
+#include "effects/center_of_gravity.hpp"
 #include "effects/cross_flow_drag.hpp"
 #include "effects/draft.hpp"
 #include "effects/earth_force.hpp"
+#include "effects/fender.hpp"
 #include "effects/fouling.hpp"
 #include "effects/model_error.hpp"
+#include "effects/mooring.hpp"
+#include "effects/propeller_walk.hpp"
 #include "effects/rudder_effectiveness.hpp"
 #include "effects/rudder_offset.hpp"
+#include "effects/rudder_stall.hpp"
 #include "effects/shallow_water.hpp"
+#include "effects/sheared_current.hpp"
 #include "effects/steady_current.hpp"
 #include "effects/thrust_loss.hpp"
 #include "effects/thruster_gain.hpp"
 #include "effects/thruster_speed_loss.hpp"
+#include "effects/trim.hpp"
 #include "effects/tug.hpp"
+#include "effects/unknown.hpp"
 #include "effects/unmeasured_wind.hpp"
 #include "effects/varying_current.hpp"
+#include "effects/vectwin_interaction.hpp"
 #include "effects/wake.hpp"
 #include "effects/wave_drift.hpp"
 #include "effects/windage.hpp"
@@ -34,10 +46,12 @@ namespace leeway {
 /// The one list of effects, in the order of the catalogue. A new one adds its header and its name here.
 template <typename T>
 using Effect =
-    std::variant<SteadyCurrent<T>, VaryingCurrent<T>, ShallowWater<T>, Windage<T>, UnmeasuredWind<T>, WaveDrift<T>,
-                 Fouling<T>, Draft<T>, CrossFlowDrag<T>, ThrustLoss<T>, Wake<T>, RudderOffset<T>,
-                 RudderEffectiveness<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>, ActuatorDelay<T>, ActuatorRate<T>,
-                 ActuatorLag<T>, Tug<T>, BodyForce<T>, EarthForce<T>, ModelError<T>>;
+    std::variant<SteadyCurrent<T>, VaryingCurrent<T>, ShearedCurrent<T>, ShallowWater<T>, Bank<T>, Windage<T>,
+                 Anemometer<T>, UnmeasuredWind<T>, WaveDrift<T>, Fouling<T>, Draft<T>, CenterOfGravity<T>, Trim<T>,
+                 CrossFlowDrag<T>, AddedMass<T>, ThrustLoss<T>, Wake<T>, PropellerWalk<T>, RudderOffset<T>,
+                 RudderEffectiveness<T>, RudderStall<T>, VectwinInteraction<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>,
+                 ActuatorDelay<T>, ActuatorRate<T>, ActuatorLag<T>, Tug<T>, Mooring<T>, Fender<T>, BodyForce<T>,
+                 EarthForce<T>, ModelError<T>, Unknown<T>>;
 
 /// What is known of an effect before any ship: its text and its parameters.
 struct EffectDescription {
@@ -47,6 +61,9 @@ struct EffectDescription {
 
 /// All effects, in the order of the list above.
 const std::vector<EffectDescription>& effect_catalogue();
+
+/// Whether a null for this parameter switches the effect off: its first one, where no parameter has a neutral value.
+bool is_switch(const EffectDescription& effect, const EffectParameter& parameter);
 
 /// The values of an effect's parameters in the catalogue's order and units, completed where the ship JSON leaves them
 /// out; nothing where a null switches the effect off. Throws InputError for an unknown effect or parameter, a missing
@@ -128,7 +145,7 @@ class Effects {
       if constexpr (requires { e.act(actuators); }) e.act(actuators);
     });
   }
-  /// Sums over the effects; `at.nu_ground` and `at.nu_water` are read by force() alone.
+  /// Sums over the effects; which members of `at` they read stands at Situation.
   Vec2<T> wind(const Situation<T>& at) const {
     Vec2<T> sum = Vec2<T>::Zero();
     for_each([&](const auto& e) {
@@ -143,6 +160,7 @@ class Effects {
         const WaterMotion<T> one = e.water(at);
         sum.velocity += one.velocity;
         sum.rate += one.rate;
+        sum.gradient += one.gradient;
       }
     });
     return sum;

@@ -32,7 +32,7 @@ struct SteadyCurrent {
     V = {value[0] * cos(set), value[0] * sin(set)};
   }
 
-  WaterMotion<T> water(const Situation<T>&) const { return {V, Vec2<T>::Zero()}; }
+  WaterMotion<T> water(const Situation<T>&) const { return {V, Vec2<T>::Zero(), Mat2<T>::Zero()}; }
 };
 
 }  // namespace leeway

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
 #include "forces/motion.hpp"
 #include "forces/propeller_flow.hpp"
+#include "forces/stall_loss.hpp"
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
 
@@ -30,6 +32,8 @@ struct VectwinRudders {
   double D_P_by_pitch;
   double eta;                                                 ///< share of the rudder's height in the slipstream
   T k_port = T(1.0), k_starboard = T(1.0), k_gamma = T(1.0);  ///< on the normal forces, on the flow straightening
+  std::optional<T> k_interaction;  ///< further loss at |sin(delta_s - delta_p)| = 1: effects/vectwin_interaction.hpp
+  std::optional<StallLoss<T>> stall;
 
   VectwinRudders(const VectwinRuddersCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m,
                  double pitch_m)
@@ -51,13 +55,23 @@ struct VectwinRudders {
   };
 
   Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const ActingActuators<T>& actuators) const {
-    const NormalForces F = normal_forces(motion, flow, actuators[Channel::delta_p], actuators[Channel::delta_s]);
+    NormalForces F = normal_forces(motion, flow, actuators[Channel::delta_p], actuators[Channel::delta_s]);
+    T X_lost(0.0);
+    if (k_interaction) {
+      using std::abs;
+      const T lost = *k_interaction * abs(actuators.sine(Channel::delta_s) * actuators.cosine(Channel::delta_p) -
+                                          actuators.cosine(Channel::delta_s) * actuators.sine(Channel::delta_p));
+      const T race = 0.7 * (D_P / D_P_by_pitch) * (flow.n > T(0.0) ? flow.n : T(0.0));
+      F.port *= 1.0 - lost;
+      F.starboard *= 1.0 - lost;
+      X_lost = lost * (0.5 * p.rho * c.A_R) * race * race;
+    }
     const T& J = flow.J;
     const T a_H = limited<T>(0.016 + (1.69 - 1.179 * J) * J, 0.016, 0.60556);
     const T x_H = p.L_pp * limited<T>(-0.159 + (-1.065 + 1.01 * J) * J, -0.4344, -0.159);
     const T across = F.starboard * actuators.cosine(Channel::delta_s) + F.port * actuators.cosine(Channel::delta_p);
     const T along = F.starboard * actuators.sine(Channel::delta_s) + F.port * actuators.sine(Channel::delta_p);
-    return {-(1.0 - c.t_R) * along, -(1.0 + a_H) * across, -(c.x_R + a_H * x_H) * across};
+    return {-(1.0 - c.t_R) * along - X_lost, -(1.0 + a_H) * across, -(c.x_R + a_H * x_H) * across};
   }
 
   NormalForces normal_forces(const Motion<T>& motion, const PropellerFlow<T>& flow, const T& delta_p,
@@ -155,6 +169,7 @@ struct VectwinRudders {
       C_N_U_R2 = (-0.8449 * a * a + 2.0621 * a + 0.6387) * U_R2;
       if (alpha < T(0.0)) C_N_U_R2 = -C_N_U_R2;
     }
+    if (stall) C_N_U_R2 *= stall->factor(along, u_R * s - v_R * k);
     return 0.5 * p.rho * c.A_R * C_N_U_R2;
   }
 };

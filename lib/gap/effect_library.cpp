@@ -92,7 +92,7 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
 }
 
 bool EffectLibrary::holds(std::string_view effect) {
-  return effect != "tug" && effect != "varying-current" && effect != "model-error";
+  return effect != "tug" && effect != "varying-current" && effect != "model-error" && effect != "unknown";
 }
 
 MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std::size_t> entries) const {
