@@ -8,6 +8,7 @@
 
 #include "core/distributions.hpp"
 #include "core/errors.hpp"
+#include "core/units.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -17,6 +18,7 @@ constexpr double kGainSd = 2.0;         // standard errors by which what was hel
 constexpr double kUnexcited = 0.01;     // nats
 constexpr int kRefitIterations = 20;
 constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may differ
+constexpr std::size_t kTellingTerms = 12;   // of the effect unknown, of which sets are formed
 
 std::set<std::string> name_set(const Hypothesis& hypothesis) {
   const std::vector<std::string> names = hypothesis.names();
@@ -64,12 +66,26 @@ double overdispersion_of(const FittedNull& fit, const Blocks& blocks) {
   return overdispersion(blocks, direction, M.llt().solve(total.b - pull(fit)));
 }
 
-// ln of what is believed before: none 1/2, one effect 1/4, two 1/8, ...; all sets of a size alike.
-double log_prior(std::size_t effects) {
-  const std::size_t of = effect_catalogue().size();
-  double result = -static_cast<double>(effects + 1) * std::log(2.0);
-  for (std::size_t i = 0; i < effects; ++i)
-    result -= std::log(static_cast<double>(of - i) / static_cast<double>(i + 1));
+// ln of the number of sets of `count` things out of `of`.
+double log_ways(std::size_t of, std::size_t count) {
+  double result = 0.0;
+  for (std::size_t i = 0; i < count; ++i) result += std::log(static_cast<double>(of - i) / static_cast<double>(i + 1));
+  return result;
+}
+
+std::size_t terms_of_unknown() {
+  for (const EffectDescription& description : effect_catalogue())
+    if (description.info.name == "unknown") return description.parameters.size();
+  return 0;
+}
+
+// ln of what is believed before: none 1/2, one effect 1/4, two 1/8, ...; all sets of a size alike, and all sets of
+// terms.
+double log_prior(const Hypothesis& hypothesis) {
+  const std::size_t effects = hypothesis.names().size();
+  double result = -static_cast<double>(effects + 1) * std::log(2.0) - log_ways(effect_catalogue().size(), effects);
+  for (const FreeEffect& effect : hypothesis.effects)
+    if (effect.name() == "unknown") result -= log_ways(terms_of_unknown(), static_cast<std::size_t>(effect.size()));
   return result;
 }
 
@@ -81,6 +97,11 @@ bool may_differ(const std::string& effect) {
       return parameters.size() == 2 && parameters[0].at_3m.kind == Prior::Kind::rayleigh;
     }
   return false;
+}
+
+void sort(std::vector<Start>& starts) {
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
 }
 
 }  // namespace
@@ -131,21 +152,52 @@ Comparison::Comparison(Campaign& campaign, const FittedNull& null, const Compari
 }
 
 std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::size_t count,
-                                                      std::vector<std::string>* unexcited) {
-  std::vector<Promise> result;
+                                                      std::vector<std::string>* unexcited, std::vector<Start>* pair) {
   const FittedNull& fit = all_[from].fit;
-  const double as_it_is = marginal(fit.total, fit.theta, fit.prior_sd);
   const std::set<std::string> present = name_set(all_[from].hypothesis);
+  std::vector<Candidate> candidates;
   for (const EffectDescription& description : effect_catalogue()) {
     const std::string effect(description.info.name);
     if (!EffectLibrary::holds(effect) || present.contains(effect)) continue;
-    std::vector<Start> starts = starts_with(from, effect, {});
-    if (starts.empty()) continue;
-    if (std::abs(starts.front().log_evidence - as_it_is) < kUnexcited) {  // it changes nothing
+    for (Candidate& candidate : candidates_with(effect, {})) candidates.push_back(std::move(candidate));
+  }
+  std::vector<Screen> screens;
+  for (const double share : {1.0, 0.0})
+    if (share == 1.0 || is_bent(fit))
+      screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs);
+
+  std::vector<Promise> result;
+  std::map<std::string, std::pair<std::size_t, std::size_t>> best_of;  // by effect: screen, candidate
+  for (std::size_t c = 0; c < candidates.size();) {
+    const std::string& effect = candidates[c].effects.front().name();
+    Promise promise{effect, {}, 0.0};
+    double most = -std::numeric_limits<double>::infinity();
+    bool is_excited = false;
+    for (; c < candidates.size() && candidates[c].effects.front().name() == effect; ++c)
+      for (std::size_t s = 0; s < screens.size(); ++s) {
+        promise.starts.push_back(screens[s].start({c}));
+        const double evidence = promise.starts.back().log_evidence;
+        is_excited |= std::abs(evidence - screens[s].log_evidence({})) > kUnexcited;
+        if (evidence > most) most = evidence, best_of[effect] = {s, c};
+      }
+    if (!is_excited) {
       if (unexcited) unexcited->push_back(effect);
+      best_of.erase(effect);
       continue;
     }
-    result.push_back({effect, std::move(starts)});
+    sort(promise.starts);
+    promise.gain = most - screens.front().log_evidence({});
+    result.push_back(std::move(promise));
+  }
+  if (pair) {  // both from the same coefficients
+    for (const auto& [a, at_a] : best_of)
+      for (const auto& [b, at_b] : best_of)
+        if (a < b)
+          for (const Screen& screen : screens) {
+            const double evidence = screen.log_evidence({at_a.second, at_b.second});
+            if (pair->empty() || evidence > pair->front().log_evidence)
+              pair->assign({screen.start({at_a.second, at_b.second})});
+          }
   }
   std::stable_sort(result.begin(), result.end(), [](const Promise& a, const Promise& b) {
     return a.starts.front().log_evidence > b.starts.front().log_evidence;
@@ -154,30 +206,129 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
   return result;
 }
 
-std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& effect,
-                                           const FreeEffect::Choice& choice) {
-  std::vector<Start> starts;
-  const auto add = [&](const std::vector<FreeEffect::Choice>& choices) {
-    for (Start& start : starts_of(effect, campaign_, all_[from].fit, options_.jobs, all_[from].hypothesis, choices))
-      starts.push_back(std::move(start));
+std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from) {
+  std::vector<Vec2<double>> visited;
+  for (const Stretch& stretch : campaign_.stretches)
+    for (const Vec6& measured : stretch.measured)
+      if (measured.head<2>().allFinite()) visited.emplace_back(measured.head<2>());
+  if (visited.empty()) return {};
+  const double L = campaign_.ship.particulars.L_pp, B = campaign_.ship.particulars.B;
+  Vec2<double> low = visited.front(), high = visited.front();
+  for (const Vec2<double>& place : visited) low = low.cwiseMin(place), high = high.cwiseMax(place);
+  const std::set<std::string> present = name_set(all_[from].hypothesis);
+  const auto about = [](double median, double sd) { return normal(median, sd, median - 8.0 * sd, median + 8.0 * sd); };
+  std::vector<Candidate> candidates;
+  for (const std::string effect : {"bank", "fender", "mooring"}) {
+    if (present.contains(effect)) continue;
+    for (int k = 0; k < 8; ++k) {
+      const Vec2<double> towards{std::cos(k * kPi / 4.0), std::sin(k * kPi / 4.0)};
+      FreeEffect::Choice choice;
+      choice.towards_deg = 45.0 * k;
+      if (effect == "mooring") {  // to the side, as far away as the ship is long
+        const Vec2<double> anchor = 0.5 * (low + high) + (0.5 * (high - low).norm() + L) * towards;
+        const double sd = 0.5 * (high - low).norm() + 2.0 * L;
+        choice.priors = {{"anchor_x_m", about(anchor(0), sd)}, {"anchor_y_m", about(anchor(1), sd)}};
+      } else {  // a wall that the tracks do not cross by more than half the ship
+        double reach = -std::numeric_limits<double>::infinity();
+        for (const Vec2<double>& place : visited) reach = std::max(reach, place.dot(towards));
+        choice.priors = {{"wall_distance_m", about(reach + (effect == "bank" ? 1.5 * B : 0.5 * B), 1.5 * B)}};
+      }
+      for (Candidate& candidate : candidates_of(effect, campaign_.ship, {choice}))
+        candidates.push_back(std::move(candidate));
+    }
+  }
+  const Screen screen(campaign_, all_[from].fit, all_[from].hypothesis, candidates, 1.0, options_.jobs);
+  std::vector<Promise> result;
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const std::string& effect = candidates[c].effects.front().name();
+    if (result.empty() || result.back().effect != effect) result.push_back({effect, {}, 0.0});
+    result.back().starts.push_back(screen.start({c}));
+  }
+  for (Promise& promise : result) {
+    sort(promise.starts);
+    promise.gain = promise.starts.front().log_evidence - screen.log_evidence({});
+  }
+  std::stable_sort(result.begin(), result.end(), [](const Promise& a, const Promise& b) {
+    return a.starts.front().log_evidence > b.starts.front().log_evidence;
+  });
+  return result;
+}
+
+std::vector<Start> Comparison::terms_beside(std::size_t from) {
+  const EffectDescription* unknown = nullptr;
+  for (const EffectDescription& description : effect_catalogue())
+    if (description.info.name == "unknown") unknown = &description;
+  const auto only = [&](const std::vector<std::size_t>& terms) {
+    FreeEffect::Choice choice;
+    for (std::size_t i = 0; i < unknown->parameters.size(); ++i)
+      if (std::find(terms.begin(), terms.end(), i) == terms.end())
+        choice.fixed[std::string(unknown->parameters[i].name)] = 0.0;
+    return FreeEffect("unknown", campaign_.ship, choice);
   };
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < unknown->parameters.size(); ++i)
+    candidates.push_back({{only({i})}, Eigen::VectorXd::Zero(1)});
+  const Screen screen(campaign_, all_[from].fit, all_[from].hypothesis, std::move(candidates), 1.0, options_.jobs);
+
+  // With what the choice among all sets of a size costs.
+  const auto worth = [&](const std::vector<std::size_t>& terms) {
+    return screen.log_evidence(terms) - log_ways(unknown->parameters.size(), terms.size());
+  };
+  std::vector<std::pair<double, std::size_t>> singles;
+  for (std::size_t i = 0; i < unknown->parameters.size(); ++i) singles.emplace_back(-worth({i}), i);
+  std::sort(singles.begin(), singles.end());
+  const std::size_t n = std::min(kTellingTerms, singles.size());
+  std::vector<std::size_t> best;
+  double most = worth({});
+  const auto consider = [&](std::vector<std::size_t> terms) {
+    std::sort(terms.begin(), terms.end());
+    if (const double w = worth(terms); w > most) most = w, best = std::move(terms);
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    consider({singles[i].second});
+    for (std::size_t j = 0; j < i; ++j) {
+      consider({singles[i].second, singles[j].second});
+      for (std::size_t k = 0; k < j; ++k) consider({singles[i].second, singles[j].second, singles[k].second});
+    }
+  }
+  if (best.empty()) return {};
+  Start start = screen.start(best);
+  start.hypothesis = all_[from].hypothesis;
+  start.hypothesis.effects.push_back(only(best));
+  return {start};
+}
+
+std::vector<Candidate> Comparison::candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const {
+  std::set<std::size_t> recordings;
+  for (const Stretch& stretch : campaign_.stretches) recordings.insert(stretch.recording);
   try {
-    add({choice});
-    std::set<std::size_t> recordings;
-    for (const Stretch& stretch : campaign_.stretches) recordings.insert(stretch.recording);
+    std::vector<Candidate> result = candidates_of(effect, campaign_.ship, {choice});
     if (may_differ(effect) && !choice.recording && recordings.size() > 1 && recordings.size() <= kMostThatDiffer) {
       std::vector<FreeEffect::Choice> choices;
       for (const std::size_t recording : recordings) {
         choices.push_back(choice);
         choices.back().recording = recording;
       }
-      add(choices);
+      for (Candidate& candidate : candidates_of(effect, campaign_.ship, choices))
+        result.push_back(std::move(candidate));
     }
+    return result;
   } catch (const EffectNotApplicable&) {
     return {};
   }
-  std::stable_sort(starts.begin(), starts.end(),
-                   [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
+}
+
+std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& effect,
+                                           const FreeEffect::Choice& choice) {
+  const FittedNull& fit = all_[from].fit;
+  const std::vector<Candidate> candidates = candidates_with(effect, choice);
+  std::vector<Start> starts;
+  for (const double share : {1.0, 0.0}) {
+    if (candidates.empty() || (share == 0.0 && !is_bent(fit))) break;
+    const Screen screen(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs);
+    for (std::size_t c = 0; c < candidates.size(); ++c) starts.push_back(screen.start({c}));
+  }
+  sort(starts);
   return starts;
 }
 
@@ -222,8 +373,8 @@ std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& t
 double Comparison::log_odds(std::size_t i) const {
   const auto likeliest = std::max_element(
       all_.begin(), all_.end(), [](const Fitted& a, const Fitted& b) { return a.log_evidence < b.log_evidence; });
-  return (all_[i].log_evidence - none().log_evidence) / likeliest->kappa +
-         log_prior(all_[i].hypothesis.names().size()) - log_prior(0);
+  return (all_[i].log_evidence - none().log_evidence) / likeliest->kappa + log_prior(all_[i].hypothesis) -
+         log_prior({});
 }
 
 std::vector<double> Comparison::probabilities() const {

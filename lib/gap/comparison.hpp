@@ -1,7 +1,7 @@
 #pragma once
 
 #include "gap/detect.hpp"
-#include "gap/hypothesis.hpp"
+#include "gap/screen.hpp"
 
 namespace leeway::gap {
 
@@ -33,12 +33,20 @@ class Comparison {
   /// An effect that one linear step from a fit promises something of, and where fits with it may start.
   struct Promise {
     std::string effect;
-    std::vector<Start> starts;
+    std::vector<Start> starts;  ///< most promising first
+    double gain = 0.0;          ///< of the evidence [nats]
   };
   /// The most promising effects of the catalogue beside those of `from`. A screen about the fit without them would miss
   /// those that the parameters imitate, and so have left.
   ///   unexcited  takes the names of those that change nothing
-  std::vector<Promise> promises(std::size_t from, std::size_t count, std::vector<std::string>* unexcited = nullptr);
+  ///   pair       takes the start of the most promising pair of them
+  std::vector<Promise> promises(std::size_t from, std::size_t count, std::vector<std::string>* unexcited = nullptr,
+                                std::vector<Start>* pair = nullptr);
+  /// The same for effects that are bound to a place, which is sought about the tracks: bank, fender, mooring.
+  std::vector<Promise> promises_of_places(std::size_t from);
+  /// The few terms of the effect `unknown`, at most three, that best explain what is left beside `from`, by one linear
+  /// step: all sets among the most telling are compared. None where no set is worth its own number of ways.
+  std::vector<Start> terms_beside(std::size_t from);
   /// Starts of `from` with one effect more, also with one that differs between recordings where it can; none where the
   /// ship lacks what it needs.
   std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice);
@@ -59,6 +67,7 @@ class Comparison {
 
  private:
   bool is_significant(const Fitted& fitted) const;
+  std::vector<Candidate> candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const;
 
   Campaign& campaign_;
   const ComparisonOptions options_;

@@ -18,9 +18,13 @@ namespace {
 
 constexpr std::size_t kAlwaysRefitted = 3;
 constexpr std::size_t kNextRefitted = 4;  // beside what was chosen
+constexpr double kHopeless = 0.5;         // of the evidence that was gained: what promises less is not fitted any more,
+constexpr double kFarBehind = 20.0;       // if it is so many nats behind
+constexpr double kPairGain = 10.0;        // nats by which a pair must promise more than one effect
 constexpr double kNotExcluded = 0.1;      // of the probability: what is not excluded against a hypothesis
 constexpr double kPossible = 0.01;        // probability that is worth a word
 constexpr double kUnexplained = 0.5;      // of the model error's energy that what is named must take away
+constexpr double kOfPlaces = 5.0;         // nats for a residual that depends on the position: walls and lines are tried
 constexpr double kNegligible = 0.05;      // of the evidence of what is named: what is left is not worth a word
 
 // What is left beside a hypothesis: the screen around its fit.
@@ -88,7 +92,7 @@ Explained told(const Fitted& fitted, const Fitted& none, const Campaign& campaig
       const std::vector<FreeEffect::Parameter> after = effect.parameters(at, spread);
       for (std::size_t i = 0; i < after.size(); ++i) {
         const FreeEffect::Parameter& p = after[i];
-        ExplainedParameter one{effect.name(), p.name,  recording,     p.estimate,    p.sd,
+        ExplainedParameter one{effect.name(), p.name, recording,     p.estimate,    p.sd,
                                p.low,         p.high, before[i].low, before[i].high};
         if (one.name == "delay_s" || one.name == "lag_s") {
           one.sd = std::hypot(p.sd, timing_sd_s(campaign));
@@ -125,8 +129,9 @@ double energy(const Vec3<double>& sigma_w, double L_pp) {
 
 // The interval as a tug of unknown force, direction and point of action.
 FreeEffect::Choice tug_in(const Interval& interval, const Campaign& campaign) {
-  FreeEffect::Choice tug{
-      0.0, {{"t_start_s", interval.t_start_s}, {"t_end_s", interval.t_end_s}}, {"x_m"}, std::nullopt};
+  FreeEffect::Choice tug;
+  tug.fixed = {{"t_start_s", interval.t_start_s}, {"t_end_s", interval.t_end_s}};
+  tug.freed = {"x_m"};
   for (std::size_t r = 0; r < campaign.recordings.size() && campaign.recordings.size() > 1; ++r)
     if (campaign.recordings[r].file == interval.file) tug.recording = r;
   return tug;
@@ -160,7 +165,8 @@ Explained told(const Fault& fault) {
   result.probability = 1.0 - std::clamp(fault.p_value, 0.0, 1.0);
   result.converged = true;
   for (const Estimate& e : fault.parameters)
-    result.parameters.push_back({fault.name, e.name, "", e.value, e.sd, e.value - 1.96 * e.sd, e.value + 1.96 * e.sd, kMissing, kMissing});
+    result.parameters.push_back(
+        {fault.name, e.name, "", e.value, e.sd, e.value - 1.96 * e.sd, e.value + 1.96 * e.sd, kMissing, kMissing});
   return result;
 }
 
@@ -188,11 +194,34 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   const auto better = [&](std::optional<std::size_t> i) {
     if (i && comparison.log_odds(*i) > comparison.log_odds(best)) best = *i;
   };
+  // Fitted one by one, until what comes next promises far less than what was found.
+  const auto evidence = [&](std::size_t i) { return comparison.all()[i].log_evidence; };
+  const auto is_hopeless = [&](double promised, std::optional<std::size_t> found, std::size_t beside) {
+    if (!found) return false;
+    const double gained = evidence(*found) - evidence(beside);
+    return promised < kHopeless * gained && promised < gained - kFarBehind;
+  };
   std::vector<std::string> unexcited;
-  const auto first = comparison.promises(0, is_searched ? options.refitted : kAlwaysRefitted, &unexcited);
+  std::vector<Start> pair;
+  const auto first = comparison.promises(0, is_searched ? options.refitted : kAlwaysRefitted, &unexcited,
+                                         is_searched ? &pair : nullptr);
   for (std::size_t i = 0; i < first.size(); ++i) {
-    progress(0.45 + 0.3 * static_cast<double>(i) / static_cast<double>(first.size()), "fit with " + first[i].effect);
+    if (is_hopeless(first[i].gain, best, 0)) break;
+    progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(first.size()), "fit with " + first[i].effect);
     better(comparison.add(0, first[i].starts));
+  }
+  if (!pair.empty() && !first.empty() &&
+      pair.front().log_evidence > std::max(first.front().starts.front().log_evidence, evidence(best)) + kPairGain) {
+    progress(0.72, "fit with " + pair.front().hypothesis.name());
+    better(comparison.add(0, pair));
+  }
+  const bool is_of_places =
+      is_searched &&
+      std::any_of(findings.located.frames.begin(), findings.located.frames.end(),
+                  [](const Frame& frame) { return frame.name == "position" && frame.log_evidence > kOfPlaces; });
+  if (is_of_places) {
+    progress(0.73, "banks, fenders, moorings");
+    for (const auto& promise : comparison.promises_of_places(0)) better(comparison.add(0, promise.starts));
   }
   if (is_searched && !findings.located.intervals.empty() &&
       findings.located.intervals.front().p_value < options.locate.false_alarm)
@@ -212,19 +241,29 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     left_p = left.p_value;
     if (left.p_value >= options.locate.false_alarm || size >= options.most_effects) break;
     std::optional<std::size_t> next;
-    for (const auto& promise : comparison.promises(chosen, kNextRefitted))
+    for (const auto& promise : comparison.promises(chosen, kNextRefitted)) {
+      if (is_hopeless(promise.gain, next, chosen)) break;
       if (const auto added = comparison.add(chosen, promise.starts))
-        if (!next || comparison.all()[*added].log_evidence > comparison.all()[*next].log_evidence) next = added;
-    const auto evidence = [&](std::size_t i) { return comparison.all()[i].log_evidence; };
+        if (!next || evidence(*added) > evidence(*next)) next = added;
+    }
     is_negligible = next && evidence(*next) - evidence(chosen) < kNegligible * (evidence(chosen) - evidence(0));
     if (!next || !comparison.holds(*next, chosen, left_p)) break;
     chosen = *next;
+  }
+  // What the catalogue does not hold, in a few terms.
+  if (left_p < options.locate.false_alarm && !is_negligible && is_searched) {
+    progress(0.86, "terms for what is left");
+    const auto added = comparison.add(chosen, comparison.terms_beside(chosen));
+    if (added && comparison.holds(*added, chosen, left_p) && comparison.log_odds(*added) > comparison.log_odds(best)) {
+      chosen = *added;
+      left_p = left_beside(campaign, comparison.all()[chosen], options).p_value;
+    }
   }
   // One that was taken first may have stood in for two others.
   for (bool is_shorter = chosen != 0; is_shorter;) {
     is_shorter = false;
     const std::vector<std::string> names = comparison.all()[chosen].hypothesis.names();
-    if (names.size() < 2) break;
+    if (names.size() < 2 || names.back() == "unknown") break;
     for (std::size_t out = 0; out < names.size() && !is_shorter; ++out) {
       std::optional<std::size_t> reduced = std::size_t{0};
       for (std::size_t i = 0; i < names.size() && reduced; ++i)
@@ -270,7 +309,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     explanation.is_complete = chosen != 0 && (left_p >= options.locate.false_alarm || is_negligible);
     if (chosen != 0 && (explanation.is_complete || taken > kUnexplained))
       for (const std::string& name : answer.hypothesis.names()) explanation.chosen.push_back(name);
-    if (!explanation.is_complete) explanation.chosen.push_back("unknown");
+    if (!explanation.is_complete &&
+        std::find(explanation.chosen.begin(), explanation.chosen.end(), "unknown") == explanation.chosen.end())
+      explanation.chosen.push_back("unknown");
   }
   if (!findings.conventions.contradicted.empty()) {
     explanation.chosen.insert(explanation.chosen.begin(), "convention");
@@ -360,7 +401,8 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       for (ShipOnRuns& one :
            by_recording(answer.hypothesis, theta.segment(theta.size() - 1 - effects, effects), campaign, runs))
         after.push_back(std::move(one));
-      cover(all.front().fit, refitted(all.front().fit, without(of_none, comparison.blocks(), fold)), runs, innovations_before);
+      cover(all.front().fit, refitted(all.front().fit, without(of_none, comparison.blocks(), fold)), runs,
+            innovations_before);
       cover(answer.fit, theta, runs, innovations_after);
       likelihood_before += all.front().fold_evidence[f];
       likelihood_after += answer.fold_evidence[f];

@@ -73,9 +73,10 @@ struct Explanation {
   BeforeAfter train, heldout;
   std::vector<FreeTrack> tracks_before, tracks_after;  ///< of what was held out
   std::vector<Residual> residuals_after;               ///< what is left of the residual with what was chosen
-  bool heldout_is_given = false;                     ///< false: recordings, or blocks of a few, were left out in turn
-  double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< of what was chosen [nats]
-  /// Where several hypotheses are possible: how certain the best is, and what would tell them apart, most telling first.
+  bool heldout_is_given = false;                       ///< false: recordings, or blocks of a few, were left out in turn
+  double heldout_gain = 0.0, heldout_gain_sd = 0.0;    ///< of what was chosen [nats]
+  /// Where several hypotheses are possible: how certain the best is, and what would tell them apart, most telling
+  /// first.
   double p_right = 1.0;
   std::vector<NextManeuver> next;
   std::vector<std::string> notices;

@@ -146,13 +146,15 @@ std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<S
       FreeTrack& track = tracks[stretch.recording];
       run_free(model, campaign, stretch, starts[run.stretch], run, kShownHorizon_s,
                [&](std::size_t k, const StateVector& x, bool is_first) {
-                 if (is_first && !track.run.empty()) track.add(kMissing, Vec6::Constant(kMissing), {kMissing, kMissing});
+                 if (is_first && !track.run.empty())
+                   track.add(kMissing, Vec6::Constant(kMissing), {kMissing, kMissing});
                  track.add(stretch.t_s[k], stretch.measured[k], {x[0], x[1]});
                });
     }
   }
   std::erase_if(tracks, [](const FreeTrack& track) {
-    return std::none_of(track.measured.begin(), track.measured.end(), [](const Vec2<double>& p) { return p.allFinite(); });
+    return std::none_of(track.measured.begin(), track.measured.end(),
+                        [](const Vec2<double>& p) { return p.allFinite(); });
   });
   return tracks;
 }

@@ -10,6 +10,7 @@
 #include "gap/channel_quality.hpp"
 #include "gap/detect.hpp"
 #include "gap/locate.hpp"
+#include "gap/screen.hpp"
 
 namespace leeway::gap {
 namespace {

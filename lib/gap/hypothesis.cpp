@@ -35,7 +35,10 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& ch
   type_ = static_cast<std::size_t>(found - catalogue.begin());
   parameters_ = found->parameters;
   const bool is_full_scale = ship.particulars.L_pp > kFullScale_m;
-  const auto prior = [&](const EffectParameter& p) { return is_full_scale ? p.at_150m : p.at_3m; };
+  const auto prior = [&](const EffectParameter& p) {
+    const auto other = choice.priors.find(std::string(p.name));
+    return other != choice.priors.end() ? other->second : is_full_scale ? p.at_150m : p.at_3m;
+  };
   for (std::size_t i = 0; i < parameters_.size(); ++i) {
     const EffectParameter& p = parameters_[i];
     const auto fixed = choice.fixed.find(std::string(p.name));

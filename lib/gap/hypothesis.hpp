@@ -26,13 +26,14 @@ class FreeEffect {
     double towards_deg = 0.0;              ///< where a direction that is no vector has z = 0
     std::map<std::string, double> fixed;   ///< parameters that are known, in their units
     std::vector<std::string> freed;        ///< parameters that do not keep their default
+    std::map<std::string, Prior> priors;   ///< of places, which are sought about the tracks
     std::optional<std::size_t> recording;  ///< in which alone it acts
   };
   /// Priors are those of the ship's scale. Throws UsageError for an unknown name, EffectNotApplicable if the ship lacks
   /// what the effect needs.
   FreeEffect(std::string_view name, const Ship& ship, const Choice& choice);
   FreeEffect(std::string_view name, const Ship& ship, double towards_deg = 0.0)
-      : FreeEffect(name, ship, Choice{towards_deg, {}, {}, {}}) {}
+      : FreeEffect(name, ship, Choice{towards_deg, {}, {}, {}, {}}) {}
 
   const std::string& name() const { return name_; }
   const std::optional<std::size_t>& recording() const { return recording_; }

@@ -46,7 +46,10 @@ std::vector<MenuItem> menu_for(const Ship& ship, double time_scale) {
   const double s = time_scale;
   std::vector<MenuItem> menu{
       {"a straight run and its reciprocal", "straight", 100.0 * s, {straight_at(0.0), straight_at(kPi)}},
-      {"turning circles, 35 deg to both sides", "turning --rudder-deg 35 (and -35)", 120.0 * s, {turn(1.0), turn(-1.0)}},
+      {"turning circles, 35 deg to both sides",
+       "turning --rudder-deg 35 (and -35)",
+       120.0 * s,
+       {turn(1.0), turn(-1.0)}},
       {"a zigzag 10/10", "zigzag --rudder-deg 10 --heading-deg 10", 150.0 * s, {zigzag_of(10.0)}},
       {"a zigzag 20/20", "zigzag --rudder-deg 20 --heading-deg 20", 150.0 * s, {zigzag_of(20.0)}},
       {"a coast-down with stopped propeller",
@@ -54,7 +57,10 @@ std::vector<MenuItem> menu_for(const Ship& ship, double time_scale) {
        120.0 * s,
        {{0.0, [](const SimulatedShip& at) { return coast_down(at); }}}},
       {"a crash stop", "crash-stop", 120.0 * s, {{0.0, [](const SimulatedShip& at) { return crash_stop(at); }}}},
-      {"a pull-out", "pull-out", 200.0 * s, {{0.0, [=](const SimulatedShip& at) { return pull_out(at, 20.0 * kDegree); }}}},
+      {"a pull-out",
+       "pull-out",
+       200.0 * s,
+       {{0.0, [=](const SimulatedShip& at) { return pull_out(at, 20.0 * kDegree); }}}},
       {"random orders to all actuators",
        "random",
        200.0 * s,
@@ -63,8 +69,9 @@ std::vector<MenuItem> menu_for(const Ship& ship, double time_scale) {
   if (std::any_of(ship.actuators.begin(), ship.actuators.end(),
                   [](const Actuator& a) { return a.channel == Channel::n_bt || a.channel == Channel::n_st; }))
     menu.push_back({"thruster pulses", "thruster-pulses", 200.0 * s, {{0.0, [](const SimulatedShip& at) {
-                      return thruster_pulses(at, thruster_pulses_for(at.ship));
-                    }}}});
+                                                                         return thruster_pulses(
+                                                                             at, thruster_pulses_for(at.ship));
+                                                                       }}}});
   return menu;
 }
 
@@ -216,9 +223,10 @@ std::vector<NextManeuver> next_maneuvers(const Campaign& campaign, const std::ve
     for (Eigen::Index i = 0; i < n; ++i) {
       std::optional<Campaign> recorded;
       try {
-        recorded = prepare(campaign.ship,
-                           simulated(menu[m], survivors[static_cast<std::size_t>(i)], campaign.ship, wind, campaign.step_s),
-                           {campaign.step_s, 0.0});
+        recorded =
+            prepare(campaign.ship,
+                    simulated(menu[m], survivors[static_cast<std::size_t>(i)], campaign.ship, wind, campaign.step_s),
+                    {campaign.step_s, 0.0});
       } catch (const UsageError&) {  // the ship cannot do this
         return;
       } catch (const NumericalError&) {

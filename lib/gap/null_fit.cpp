@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include <Eigen/Cholesky>
 #include <ceres/gradient_problem.h>
@@ -12,6 +11,7 @@
 #include "core/errors.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "gap/effect_columns.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -23,16 +23,13 @@ constexpr double kNoiseAtRest = 0.03;                        // of ln level
 constexpr double kLargestStep = 0.3;                         // of theta in one iteration
 constexpr double kLargestTimingStep = 3.0;                   // of the timing, which is no logarithm
 constexpr double kLargestEffectStep = 1.0;                   // of a coordinate
-constexpr double kLongestStart = 3.0;                        // of a coordinate, by the first linear step
 constexpr double kLeastDamping = 0.3, kMostDamping = 20.0, kDampingFactor = 4.0;
-constexpr double kLeastGain = 0.01;       // of the log posterior by a step
-constexpr double kTellingGain = 0.1;      // of the log posterior, by which steps are judged
-constexpr double kNearer = 0.8;           // or so much nearer to where its slope vanishes
-constexpr double kBent = 2.0;             // stated sd of a coefficient
-constexpr double kCoordinateStep = 0.01;  // for derivatives by coordinates of effects
-constexpr double kDifference = 0.02;      // for derivatives by ln level
-constexpr double kLeastError = 0.005;     // of the typical acceleration: steps, means and inputs are no better
-constexpr double kEventBlock_s = 10.0;    // at 3 m
+constexpr double kLeastGain = 0.01;     // of the log posterior by a step
+constexpr double kTellingGain = 0.1;    // of the log posterior, by which steps are judged
+constexpr double kNearer = 0.8;         // or so much nearer to where its slope vanishes
+constexpr double kDifference = 0.02;    // for derivatives by ln level
+constexpr double kLeastError = 0.005;   // of the typical acceleration: steps, means and inputs are no better
+constexpr double kEventBlock_s = 10.0;  // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
 constexpr int kFreeSteps = 8;                       // iterations in which steps need not make the recordings likelier
@@ -163,80 +160,6 @@ void find_events(FittedNull& fit, const Campaign& campaign) {
   }
 }
 
-// How steps change with the coordinates of effects: central differences of the steps, since effects may also shift
-// inputs in time.
-class EffectColumns {
- public:
-  EffectColumns(const Campaign& campaign, const Hypothesis& hypothesis, const Eigen::VectorXd& z,
-                const Eigen::VectorXd& plain_theta, std::size_t recording)
-      : recorded_(campaign.recorded_inputs[recording]),
-        ship_(hypothesis.applied_to(campaign.ship_in(recording), z, recording)),
-        response_(Effects<double>(ship_).rudder_response()) {
-    std::vector<bool> acts;  // each coordinate, in this recording
-    for (const FreeEffect& effect : hypothesis.effects)
-      acts.insert(acts.end(), static_cast<std::size_t>(effect.size()),
-                  effect.recording().value_or(recording) == recording);
-    const auto side = [&](const Eigen::VectorXd& at) {
-      Side result{Model<double>(hypothesis.applied_to(campaign.ship_in(recording), at, recording)), std::nullopt};
-      apply_uncertainty(result.model, plain_theta);
-      if (const RudderResponse& response = result.model.effects.rudder_response(); response != response_)
-        result.inputs = recorded_.through(response);
-      return result;
-    };
-    for (Eigen::Index j = 0; j < z.size(); ++j) {
-      const Eigen::VectorXd step = kCoordinateStep * Eigen::VectorXd::Unit(z.size(), j);
-      sides_.emplace_back();
-      if (acts[static_cast<std::size_t>(j)]) sides_.back() = {side(z + step), side(z - step)};
-    }
-  }
-
-  /// With the effects at z.
-  const Ship& ship() const { return ship_; }
-  const RudderResponse& response() const { return response_; }
-  /// Puts the inputs as the rudders follow them on the stretch.
-  void set_inputs_of(Stretch& stretch) const { set_inputs(stretch, recorded_.through(response_), ship_); }
-
-  /// Puts them between the coefficients and the timing.
-  void add_to(LinearStretch& stretch) const {
-    const auto count = static_cast<Eigen::Index>(sides_.size());
-    for (std::size_t k = 0; k < stretch.steps.size(); ++k) {
-      Eigen::Matrix<double, kShipStates, Eigen::Dynamic>& G = stretch.steps[k].G;
-      const Eigen::Index plain = G.cols() - 1;
-      Eigen::Matrix<double, kShipStates, Eigen::Dynamic> wider(kShipStates, plain + count + 1);
-      wider.leftCols(plain) = G.leftCols(plain);
-      wider.rightCols(1) = G.rightCols(1);
-      for (Eigen::Index j = 0; j < count; ++j) {
-        const auto& sides = sides_[static_cast<std::size_t>(j)];
-        if (sides)
-          wider.col(plain + j) =
-              (step(sides->first, stretch, k) - step(sides->second, stretch, k)) / (2.0 * kCoordinateStep);
-        else
-          wider.col(plain + j).setZero();
-      }
-      G = std::move(wider);
-    }
-  }
-
- private:
-  struct Side {
-    Model<double> model;
-    std::optional<RecordedInputs> inputs;  // where they are not those of the stretch
-  };
-  static Vec6 step(const Side& side, const LinearStretch& stretch, std::size_t k) {
-    std::vector<StepInputs<double>> inputs = stretch.data->inputs[k];
-    const double h = stretch.data->dt_s(k) / static_cast<double>(inputs.size());
-    if (side.inputs)
-      for (std::size_t i = 0; i < inputs.size(); ++i)
-        inputs[i] = averaged_step(*side.inputs, stretch.data->t_s[k] + static_cast<double>(i) * h, h);
-    return advance<double>(side.model, stretch.path[k], inputs, h);
-  }
-
-  const RecordedInputs& recorded_;
-  const Ship ship_;
-  const RudderResponse response_;
-  std::vector<std::optional<std::pair<Side, Side>>> sides_;
-};
-
 std::vector<EffectColumns> columns_by_recording(const Campaign& campaign, const Hypothesis& hypothesis,
                                                 const Eigen::VectorXd& z, const Eigen::VectorXd& plain_theta) {
   std::vector<EffectColumns> result;
@@ -245,21 +168,18 @@ std::vector<EffectColumns> columns_by_recording(const Campaign& campaign, const 
   return result;
 }
 
-// (coefficients, timing) of (coefficients, z, timing).
-Eigen::VectorXd plain_of(const Eigen::VectorXd& theta, Eigen::Index effects) {
-  Eigen::VectorXd plain(theta.size() - effects);
-  plain << theta.head(theta.size() - effects - 1), theta.tail(1);
-  return plain;
-}
-
 // The way to the best parameters and noise levels, by Gauss-Newton steps along paths that are renewed.
 class Climb {
  public:
-  Climb(Campaign& campaign, FittedNull& fit, const Hypothesis& hypothesis, const FitOptions& options)
+  ///   knows_sensors  false: the noise of the measurements stays what it is
+  Climb(Campaign& campaign, FittedNull& fit, const Hypothesis& hypothesis, const FitOptions& options,
+        bool knows_sensors)
       : campaign_(campaign), fit_(fit), hypothesis_(hypothesis), options_(options) {
     fit.stretches.resize(campaign.stretches.size());
     fit.smoothed.resize(campaign.stretches.size());
     fit.event_scale.resize(campaign.stretches.size());
+    if (knows_sensors)
+      for (int level = kTauLevel + 1; level < kWindLevel; ++level) free_levels_.push_back(level);
     if (campaign.has_wind) free_levels_.push_back(kWindLevel);
   }
 
@@ -278,7 +198,7 @@ class Climb {
   /// Renews stretches and total at theta, from stretches near by.
   void linearize_all(const std::vector<LinearStretch>& before) {
     const Eigen::Index effects = fit_.effects;
-    const Eigen::VectorXd plain = plain_of(fit_.theta, effects);
+    const Eigen::VectorXd plain = without_effects(fit_.theta, effects);
     const std::vector<EffectColumns> by_recording =
         columns_by_recording(campaign_, hypothesis_, fit_.theta.segment(plain.size() - 1, effects), plain);
     parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
@@ -437,7 +357,7 @@ class Climb {
   // Of the rudders, in the inputs of each stretch.
   std::vector<RudderResponse> responses_ =
       std::vector<RudderResponse>(campaign_.stretches.size(), Effects<double>(campaign_.ship).rudder_response());
-  std::vector<int> free_levels_{0, 1, 2, 3, 4, 5, 6, 7, 8};
+  std::vector<int> free_levels_{0, 1, 2, 3};
 };
 
 }  // namespace
@@ -542,27 +462,31 @@ double LevelProblem::gradient(const Levels& at) const {
 
 namespace {
 
-// What is told of a fit: smoothed paths, standard errors, shifts.
-void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, FittedNull& fit) {
-  const Eigen::Index p = fit.theta.size();
-  parallel_for(fit.stretches.size(), jobs,
-               [&](std::size_t s) { fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, Eigen::VectorXd::Zero(p)); });
-
-  // Standard errors of the levels from the curvature.
-  const LevelProblem problem = climb.levels();
+// Standard errors of the levels from the curvature.
+void judge_levels(const LevelProblem& problem, FittedNull& fit) {
+  NullFit& report = fit.report;
   const Levels h = levels_of(fit.noise);
   constexpr double kWide = 0.2;
   std::vector<Levels> points{h};
   for (int i = 0; i < 3; ++i)
     for (const double sign : {1.0, -1.0}) points.push_back(h + sign * kWide * Levels::Unit(i));
   const std::vector<double> costs = problem.costs(points);
-  NullFit& report = fit.report;
   for (int i = 0; i < 3; ++i) {
     const std::size_t up = 1 + 2 * static_cast<std::size_t>(i);
     const double curvature = (costs[up] + costs[up + 1] - 2.0 * costs[0]) / (kWide * kWide);
     report.sigma_w_sd[i] = fit.noise.sigma_w[i] / std::sqrt(std::max(curvature, 0.1));
   }
   report.noise_gradient = problem.gradient(h);
+}
+
+// What is told of a fit: smoothed paths, shifts, and where asked for how well the noise levels are known.
+void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool judges_levels, FittedNull& fit) {
+  const Eigen::Index p = fit.theta.size();
+  parallel_for(fit.stretches.size(), jobs,
+               [&](std::size_t s) { fit.smoothed[s] = smooth(fit.stretches[s], fit.noise, Eigen::VectorXd::Zero(p)); });
+
+  NullFit& report = fit.report;
+  if (judges_levels) judge_levels(climb.levels(), fit);
   report.sigma_w = fit.noise.sigma_w;
   report.is_noise_free =
       (fit.noise.measurement_sd.array() <= 1.01 * fit.noise.least_measurement_sd.array()).tail<3>().all();
@@ -616,7 +540,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   fit.level_prior_sd[kWindLevel] = 1.0;
 
   const Hypothesis nothing;
-  Climb climb(campaign, fit, nothing, options);
+  Climb climb(campaign, fit, nothing, options, true);
   fit.prior_sd = climb.prior(&UncertainParameter::log_sd);
   const bool rests_as_stated = climb.to_rest(options.most_iterations, true);
   const NullFit as_stated = fit.report;
@@ -638,7 +562,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
     for (std::size_t s = 0; s < paths.size(); ++s) fit.stretches[s].path = std::move(paths[s]);
     climb.linearize_all(fit.stretches);
   }
-  finish(campaign, climb, options.jobs, fit);
+  finish(campaign, climb, options.jobs, true, fit);
   return fit;
 }
 
@@ -656,72 +580,11 @@ FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis
       fit.parameters.insert(fit.parameters.end() - 1, {fmt::format("{}.z{}", effect.name(), i + 1), 1.0, 1.0});
   fit.report = NullFit();
   fit.report.outliers = from.report.outliers;
-  Climb climb(campaign, fit, hypothesis, options);
+  Climb climb(campaign, fit, hypothesis, options, false);
   fit.report.converged = climb.to_rest(options.most_iterations, false);
-  finish(campaign, climb, options.jobs, fit);
+  finish(campaign, climb, options.jobs, false, fit);
   climb.restore_inputs();
   return fit;
-}
-
-std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& from,
-                             std::size_t jobs, const Hypothesis& so_far, std::vector<FreeEffect::Choice> choices) {
-  const Eigen::Index known = from.effects, coefficients = from.theta.size() - 1 - known;
-  const FreeEffect plain(effect, campaign.ship, choices.front());
-  const auto added = static_cast<Eigen::Index>(choices.size()) * plain.size();
-  const bool is_bent = std::any_of(from.report.parameters.begin(), from.report.parameters.end(),
-                                   [](const ParameterShift& p) { return std::abs(p.shift_sd) > kBent; });
-  std::vector<Start> starts;
-  const auto add = [&](double towards_deg, const Eigen::VectorXd& z) {
-    for (FreeEffect::Choice& choice : choices) choice.towards_deg = towards_deg;
-    for (const double share : {1.0, 0.0}) {
-      if (share == 0.0 && !is_bent) break;
-      Start start{so_far, Eigen::VectorXd(from.theta.size() + added), 0.0};
-      for (const FreeEffect::Choice& choice : choices)
-        start.hypothesis.effects.emplace_back(effect, campaign.ship, choice);
-      start.theta << share * from.theta.head(coefficients), from.theta.segment(coefficients, known),
-          z.replicate(static_cast<Eigen::Index>(choices.size()), 1), from.theta.tail(1);
-      starts.push_back(std::move(start));
-    }
-  };
-  if (const auto neutral = plain.neutral())
-    add(0.0, *neutral);
-  else if (plain.has_bare_direction())
-    for (int k = 0; k < 8; ++k) add(45.0 * k, Eigen::VectorXd::Zero(plain.size()));
-  else
-    for (const double z : {-1.0, 0.0, 1.0}) add(0.0, Eigen::VectorXd::Constant(plain.size(), z));
-
-  for (Start& start : starts) {
-    const Eigen::Index effects = known + added;
-    const Eigen::VectorXd plain_theta = plain_of(start.theta, effects);
-    const std::vector<EffectColumns> by_recording =
-        columns_by_recording(campaign, start.hypothesis, start.theta.segment(coefficients, effects), plain_theta);
-    std::vector<Evidence> parts(from.stretches.size());
-    parallel_for(parts.size(), jobs, [&](std::size_t s) {
-      Stretch stretch = campaign.stretches[s];
-      const EffectColumns& columns = by_recording[stretch.recording];
-      if (columns.response() != Effects<double>(campaign.ship).rudder_response()) columns.set_inputs_of(stretch);
-      LinearStretch linear = linearize(columns.ship(), stretch, from.stretches[s].path, plain_theta);
-      columns.add_to(linear);
-      linear.event_scale = from.event_scale[s];
-      parts[s] = evidence(linear, from.noise);
-    });
-    Eigen::VectorXd sd(start.theta.size());
-    sd << from.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), from.prior_sd.tail(1);
-    Evidence total(start.theta.size());
-    for (const Evidence& part : parts) total += part;
-    start.log_evidence = marginal(total, start.theta, sd);
-    if (!std::isfinite(start.log_evidence)) start.log_evidence = -1e300;  // the simulator runs away
-    Eigen::MatrixXd M = total.F;
-    const Eigen::VectorXd precision = sd.array().square().inverse();
-    M.diagonal() += precision;
-    const Eigen::VectorXd step = M.llt().solve(total.b - precision.cwiseProduct(start.theta));
-    const double too_long = std::max({1.0, step.head(coefficients).cwiseAbs().maxCoeff(),
-                                      step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kLongestStart});
-    if (step.allFinite()) start.theta += step / too_long;
-  }
-  std::stable_sort(starts.begin(), starts.end(),
-                   [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
-  return starts;
 }
 
 FittedNull follow(Campaign& campaign, const FittedNull& fit, const Hypothesis& hypothesis, std::size_t jobs) {
@@ -731,7 +594,7 @@ FittedNull follow(Campaign& campaign, const FittedNull& fit, const Hypothesis& h
   result.event_scale.clear();
   FitOptions options;
   options.jobs = jobs;
-  Climb climb(campaign, result, hypothesis, options);
+  Climb climb(campaign, result, hypothesis, options, false);
   climb.linearize_all(result.stretches);  // along the measurements
   climb.linearize_all(result.stretches);
   const Eigen::VectorXd there = Eigen::VectorXd::Zero(fit.theta.size());

@@ -41,24 +41,11 @@ struct FitOptions {
 FittedNull fit_null(Campaign& campaign, const FitOptions& options);
 
 /// The same with effects whose coordinates are fitted beside the coefficients, from another fit on: its data, paths,
-/// noise levels and events are where it begins, and its prior widths hold. theta is then (coefficients, z, timing).
+/// noise levels and events are where it begins, and its prior widths hold; the noise of the measurements is known then.
+/// theta is then (coefficients, z, timing).
 ///   theta0  to start from
 FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis,
                     const Eigen::VectorXd& theta0, const FitOptions& options);
-
-/// Coordinates from which a fit may reach the best ones, most promising first: the neutral place, or the median and
-/// around the compass, with the coefficients of another fit and with those of the ship, which an effect that is missing
-/// may have bent; each judged by one linear step.
-struct Start {
-  Hypothesis hypothesis;
-  Eigen::VectorXd theta;      ///< (coefficients, z, timing) after the linear step
-  double log_evidence = 0.0;  ///< that the step promises
-};
-///   so_far   the hypothesis of `from`, to which the effect is added
-///   choices  one, or one for each recording in which the effect is another
-std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& from,
-                             std::size_t jobs, const Hypothesis& so_far = {},
-                             std::vector<FreeEffect::Choice> choices = {FreeEffect::Choice()});
 
 /// Other recordings with the parameters and noise levels of a fit: nothing is fitted but their paths.
 FittedNull follow(Campaign& campaign, const FittedNull& fit, const Hypothesis& hypothesis, std::size_t jobs);

@@ -198,7 +198,8 @@ std::string report_html(const Findings& findings, const std::string& title, cons
 std::string report_html(const Explanation& explanation, const std::string& title, const std::string& provenance) {
   Json json = to_json(explanation);
   const std::size_t limit =
-      kPointsInAll / (4 * std::max<std::size_t>(1, explanation.tracks_after.size() + explanation.residuals_after.size()));
+      kPointsInAll /
+      (4 * std::max<std::size_t>(1, explanation.tracks_after.size() + explanation.residuals_after.size()));
   json["tracks"] = Json::array();
   for (const FreeTrack& before : explanation.tracks_before)
     for (const FreeTrack& after : explanation.tracks_after)

@@ -14,7 +14,7 @@ namespace leeway::gap {
 namespace {
 
 constexpr std::size_t kWidth = 100, kLabel = 12;
-constexpr double kStrong = 3.0;  // nats of evidence below which nothing is said
+constexpr double kStrong = 3.0;                     // nats of evidence below which nothing is said
 constexpr double kSettled = 0.95, kTelling = 0.02;  // probability of the right name, and a gain in it
 
 // Characters, not bytes: UTF-8 continuation bytes do not count.

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/distributions.hpp"
 #include "core/units.hpp"
 #include "gap/explain_json.hpp"
 #include "gap/free_runs.hpp"
@@ -105,5 +106,79 @@ TEST_CASE("free runs: a simulator follows its own recordings as well as their no
   const gap::Scores wrong = gap::free_runs(campaign, fit.smoothed, {{other, runs}}, 1);
   CHECK(wrong.free_runs.at(100).rmse_position_m > 3.0 * exact.free_runs.at(100).rmse_position_m);
   CHECK(wrong.by_recording.size() == 1);
-  CHECK(gap::coverage(fit.smoothed) == Approx(0.95).margin(0.02));
+  CHECK(gap::coverage(fit.smoothed, runs).at(95) == Approx(0.95).margin(0.02));
+  CHECK(gap::coverage(fit.smoothed, runs).at(50) == Approx(0.5).margin(0.05));
+}
+
+TEST_CASE("next maneuver: the certainty to be expected of two equal alternatives is the normal distribution's",
+          "[gap]") {
+  for (const double distance : {0.0, 1.0, 2.0, 4.0, 10.0}) {
+    CAPTURE(distance);
+    Eigen::MatrixXd apart = Eigen::MatrixXd::Zero(2, 2);
+    apart(0, 1) = apart(1, 0) = distance * distance;
+    // The more probable one is right as often as noise does not carry it over the middle.
+    const double right = 0.5 * std::erfc(-0.5 * distance / std::sqrt(2.0));
+    CHECK(gap::expected_certainty(apart, {0.5, 0.5}, 1) == Approx(right).margin(0.01));
+  }
+  // Where nothing is told apart it stays as it is.
+  CHECK(gap::expected_certainty(Eigen::MatrixXd::Zero(3, 3), {0.2, 0.7, 0.1}, 1) == Approx(0.7).epsilon(1e-9));
+}
+
+TEST_CASE("next maneuver: what tells a propeller that gives less from a hull that resists more is a coast-down",
+          "[gap][long]") {
+  Ship truth = read_ship("esso-osaka-3m");
+  truth.effects.push_back(effect("fouling", {{"resistance_increase", 0.5}}));
+  const Ship stated = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 4, 2, 200.0, 1.0, 0.5}, truth), {});
+  gap::FitOptions options;
+  options.jobs = 2;
+  gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+  std::vector<const gap::Fitted*> possible;
+  for (const char* name : {"fouling", "thrust-loss"}) comparison.add(0, comparison.starts_with(0, name, {}));
+  REQUIRE(comparison.all().size() == 3);
+  for (std::size_t i : {1, 2}) possible.push_back(&comparison.all()[i]);
+  const std::vector<gap::NextManeuver> menu = gap::next_maneuvers(campaign, possible, {0.5, 0.5}, 2, 1);
+  REQUIRE(menu.size() >= 6);
+  std::map<std::string, double> right;
+  for (const gap::NextManeuver& maneuver : menu) {
+    CHECK(maneuver.p_right >= 0.5 - 1e-9);
+    CHECK(maneuver.p_right <= 1.0);
+    right[maneuver.command] = maneuver.p_right;
+  }
+  CHECK(right.at("coast-down") > right.at("zigzag --rudder-deg 10 --heading-deg 10"));
+}
+
+TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][long]") {
+  std::vector<Trajectory> recordings, none;
+  const std::pair<double, double> winds[] = {{2.5, 30.0}, {1.5, 200.0}, {3.0, 300.0}, {2.0, 120.0}};
+  for (std::uint64_t i = 0; i < std::size(winds); ++i) {
+    Ship truth = test::perturbed_ship("vectwin-3m", 0.05, 7);
+    truth.effects.push_back(
+        effect("unmeasured-wind", {{"wind_speed_mps", winds[i].first}, {"wind_dir_deg", winds[i].second}}));
+    for (Trajectory& recording : test::recorded({"vectwin-3m", 20 + i, 1, 200.0, 1.0, 0.0}, truth)) {
+      recording.name = recording.file = "run" + std::to_string(i);
+      recordings.push_back(std::move(recording));
+    }
+  }
+  const gap::Explanation explanation = gap::gap_explain(read_ship("vectwin-3m"), recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"unmeasured-wind"});
+  const gap::Explained& wind = found(explanation, "unmeasured-wind");
+  REQUIRE(explanation.effects_in.size() == 4);
+  for (std::size_t i = 0; i < std::size(winds); ++i)
+    for (const gap::ExplainedParameter& p : wind.parameters)
+      if (p.recording == "run" + std::to_string(i)) {
+        CAPTURE(p.recording, p.name, p.estimate, p.sd);
+        if (p.name == "wind_speed_mps") CHECK(std::abs(p.estimate - winds[i].first) < 4.0 * p.sd + 0.1);
+        if (p.name == "wind_dir_deg")
+          CHECK(std::abs(std::remainder(p.estimate - winds[i].second, 360.0)) < 4.0 * p.sd + 5.0);
+      }
+}
+
+TEST_CASE("gap-explain: what the catalogue does not hold is unknown, and terms stand for it", "[gap][long]") {
+  Ship truth = read_ship("esso-osaka-3m");
+  truth.effects.push_back(effect("unknown", {{"Y_nd", 0.01}, {"X_sqrt_u", -0.004}}));
+  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 31, 4, 250.0, 1.0, 0.5}, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
+  CHECK(explanation.verdict == gap::Verdict::mismatch);
+  CHECK(std::find(explanation.chosen.begin(), explanation.chosen.end(), "unknown") != explanation.chosen.end());
 }

@@ -6,6 +6,7 @@
 #include "core/units.hpp"
 #include "gap/null_fit.hpp"
 #include "gap/perturbed_ship.hpp"
+#include "gap/screen.hpp"
 #include "gap/simulated_campaign.hpp"
 
 using namespace leeway;

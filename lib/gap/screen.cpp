@@ -1,0 +1,211 @@
+#include "gap/screen.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+#include "core/parallel.hpp"
+
+namespace leeway::gap {
+namespace {
+
+constexpr double kBent = 2.0;          // stated sd of a coefficient
+constexpr double kLongestStart = 3.0;  // of a coordinate, by the first linear step
+
+// What a candidate changes in the steps of one recording.
+struct Sides {
+  std::optional<EffectSide> at_start;
+  std::vector<std::optional<std::pair<EffectSide, EffectSide>>> coordinates;
+};
+
+Sides sides_of(const Candidate& candidate, const Campaign& campaign, const Hypothesis& so_far,
+               const Eigen::VectorXd& known, const Eigen::VectorXd& plain_theta, std::size_t recording) {
+  Sides sides;
+  Hypothesis hypothesis = so_far;
+  hypothesis.effects.insert(hypothesis.effects.end(), candidate.effects.begin(), candidate.effects.end());
+  const RecordedInputs& recorded = campaign.recorded_inputs[recording];
+  const Ship ship = campaign.ship_in(recording);
+  const RudderResponse like = Effects<double>(so_far.applied_to(ship, known, recording)).rudder_response();
+  const auto side = [&](const Eigen::VectorXd& z) {
+    Eigen::VectorXd all(known.size() + z.size());
+    all << known, z;
+    return EffectSide(hypothesis.applied_to(ship, all, recording), plain_theta, recorded, like);
+  };
+  Eigen::Index j = 0;
+  for (const FreeEffect& effect : candidate.effects) {
+    const bool acts = effect.recording().value_or(recording) == recording;
+    if (acts && !sides.at_start) sides.at_start = side(candidate.z);
+    for (const Eigen::Index end = j + effect.size(); j < end; ++j) {
+      sides.coordinates.emplace_back();
+      if (!acts) continue;
+      const Eigen::VectorXd step = kCoordinateStep * Eigen::VectorXd::Unit(candidate.z.size(), j);
+      sides.coordinates.back() = {side(candidate.z + step), side(candidate.z - step)};
+    }
+  }
+  return sides;
+}
+
+}  // namespace
+
+std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship,
+                                     std::vector<FreeEffect::Choice> choices) {
+  std::vector<Candidate> result;
+  const FreeEffect plain(effect, ship, choices.front());
+  const auto add = [&](double towards_deg, const Eigen::VectorXd& z) {
+    Candidate candidate;
+    for (FreeEffect::Choice& choice : choices) {
+      choice.towards_deg = towards_deg;
+      candidate.effects.emplace_back(effect, ship, choice);
+    }
+    candidate.z = z.replicate(static_cast<Eigen::Index>(choices.size()), 1);
+    result.push_back(std::move(candidate));
+  };
+  const Eigen::VectorXd median = Eigen::VectorXd::Zero(plain.size());
+  if (!choices.front().priors.empty())
+    add(choices.front().towards_deg, median);
+  else if (const auto neutral = plain.neutral())
+    add(0.0, *neutral);
+  else if (plain.has_bare_direction())
+    for (int k = 0; k < 8; ++k) add(45.0 * k, median);
+  else
+    for (const double z : {-1.0, 0.0, 1.0}) add(0.0, median.array() + z);
+  return result;
+}
+
+Screen::Screen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
+               std::vector<Candidate> candidates, double share, std::size_t jobs)
+    : so_far_(so_far),
+      candidates_(std::move(candidates)),
+      theta_(from.theta),
+      prior_sd_(from.prior_sd),
+      effects_(from.effects) {
+  const Eigen::Index coefficients = theta_.size() - 1 - effects_;
+  theta_.head(coefficients) *= share;
+  const Eigen::VectorXd plain_theta = without_effects(theta_, effects_), known = theta_.segment(coefficients, effects_);
+  Eigen::Index count = 0;
+  for (const Candidate& candidate : candidates_) {
+    first_.push_back(theta_.size() + count);
+    count += candidate.z.size() + 1;
+  }
+  std::vector<std::vector<Sides>> sides(campaign.recordings.size());
+  parallel_for(sides.size(), jobs, [&](std::size_t r) {
+    for (const Candidate& candidate : candidates_)
+      sides[r].push_back(sides_of(candidate, campaign, so_far, known, plain_theta, r));
+  });
+  std::vector<Evidence> parts(from.stretches.size());
+  parallel_for(parts.size(), jobs, [&](std::size_t s) {
+    const std::size_t recording = campaign.stretches[s].recording;
+    // With the known effects, and the rudders as they follow then.
+    const EffectColumns columns(campaign, so_far, known, plain_theta, recording);
+    Stretch data = campaign.stretches[s];
+    LinearStretch linear = from.stretches[s];
+    linear.data = &data;
+    if (columns.response() != Effects<double>(campaign.ship_in(recording)).rudder_response())
+      columns.set_inputs_of(data);
+    if (share != 1.0) {
+      std::vector<Vec3<double>> events = linear.event_scale;
+      linear = linearize(columns.ship(), data, linear.path, plain_theta);
+      linear.event_scale = std::move(events);
+      if (effects_ > 0) columns.add_to(linear);
+    }
+    const EffectSide without(columns.ship(), plain_theta, campaign.recorded_inputs[recording], columns.response());
+    const MoreColumns more = [&](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
+      const Vec6 plain = without.step(linear, k);
+      Eigen::Index column = 0;
+      for (const Sides& one : sides[recording]) {
+        for (const auto& pair : one.coordinates) {
+          if (pair)
+            out.col(column++) = (pair->first.step(linear, k) - pair->second.step(linear, k)) / (2.0 * kCoordinateStep);
+          else
+            out.col(column++).setZero();
+        }
+        if (one.at_start)
+          out.col(column++) = one.at_start->step(linear, k) - plain;
+        else
+          out.col(column++).setZero();
+      }
+    };
+    parts[s] = evidence(linear, from.noise, count, more);
+  });
+  total_ = Evidence(theta_.size() + count);
+  for (const Evidence& part : parts) total_ += part;
+}
+
+Screen::Part Screen::part(const std::vector<std::size_t>& set) const {
+  Part result;
+  for (Eigen::Index i = 0; i + 1 < theta_.size(); ++i) result.places.push_back(i);
+  std::vector<double> z;
+  std::vector<Eigen::Index> starts;
+  for (const std::size_t c : set) {
+    const Eigen::Index n = candidates_[c].z.size();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      result.places.push_back(first_[c] + i);
+      z.push_back(candidates_[c].z[i]);
+    }
+    starts.push_back(first_[c] + n);
+  }
+  result.places.push_back(theta_.size() - 1);
+  // What the candidates do at their starts is there: it moves the scores.
+  Eigen::VectorXd score = total_.b;
+  result.evidence.log_likelihood = total_.log_likelihood;
+  for (const Eigen::Index start : starts) {
+    result.evidence.log_likelihood += score[start] - 0.5 * total_.F(start, start);
+    score -= total_.F.col(start);
+  }
+  result.evidence.b = score(result.places);
+  result.evidence.F = total_.F(result.places, result.places);
+  const auto added = static_cast<Eigen::Index>(z.size());
+  result.theta.resize(theta_.size() + added);
+  result.prior_sd.resize(theta_.size() + added);
+  result.theta << theta_.head(theta_.size() - 1), Eigen::Map<const Eigen::VectorXd>(z.data(), added), theta_.tail(1);
+  result.prior_sd << prior_sd_.head(theta_.size() - 1), Eigen::VectorXd::Ones(added), prior_sd_.tail(1);
+  return result;
+}
+
+double Screen::log_evidence(const std::vector<std::size_t>& set) const {
+  const Part p = part(set);
+  const double result = p.evidence.b.allFinite() && p.evidence.F.allFinite() ? marginal(p.evidence, p.theta, p.prior_sd)
+                                                                             : std::numeric_limits<double>::quiet_NaN();
+  return std::isfinite(result) ? result : -std::numeric_limits<double>::infinity();
+}
+
+Start Screen::start(const std::vector<std::size_t>& set) const {
+  const Part p = part(set);
+  Start result{so_far_, p.theta, log_evidence(set)};
+  for (const std::size_t c : set)
+    result.hypothesis.effects.insert(result.hypothesis.effects.end(), candidates_[c].effects.begin(),
+                                     candidates_[c].effects.end());
+  const Eigen::VectorXd precision = p.prior_sd.array().square().inverse();
+  Eigen::MatrixXd M = p.evidence.F;
+  M.diagonal() += precision;
+  const Eigen::VectorXd step = M.llt().solve(p.evidence.b - precision.cwiseProduct(p.theta));
+  if (!step.allFinite()) return result;
+  const Eigen::Index coefficients = theta_.size() - 1 - effects_, effects = p.theta.size() - 1 - coefficients;
+  const double too_long = std::max({1.0, step.head(coefficients).cwiseAbs().maxCoeff(),
+                                    step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kLongestStart});
+  result.theta += step / too_long;
+  return result;
+}
+
+bool is_bent(const FittedNull& fit) {
+  return std::any_of(fit.report.parameters.begin(), fit.report.parameters.end(),
+                     [](const ParameterShift& p) { return std::abs(p.shift_sd) > kBent; });
+}
+
+std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& from,
+                             std::size_t jobs, const Hypothesis& so_far, std::vector<FreeEffect::Choice> choices) {
+  std::vector<Start> starts;
+  const std::vector<Candidate> candidates = candidates_of(effect, campaign.ship, std::move(choices));
+  for (const double share : {1.0, 0.0}) {
+    if (share == 0.0 && !is_bent(from)) break;
+    const Screen screen(campaign, from, so_far, candidates, share, jobs);
+    for (std::size_t i = 0; i < candidates.size(); ++i) starts.push_back(screen.start({i}));
+  }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
+  return starts;
+}
+
+}  // namespace leeway::gap
