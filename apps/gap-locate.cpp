@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "cli/options.hpp"
+#include "cli/gap_options.hpp"
 #include "cli/progress.hpp"
 #include "core/errors.hpp"
 #include "gap/gap_locate.hpp"
@@ -14,7 +14,6 @@
 #include "gap/report_html.hpp"
 #include "gap/residual_csv.hpp"
 #include "gap/summary.hpp"
-#include "io/dataset_json.hpp"
 #include "io/files.hpp"
 
 using namespace leeway;
@@ -24,10 +23,8 @@ namespace {
 constexpr const char* kResidual = ".residual.csv";
 
 struct Options {
-  std::string ship, columns, output, write_corrected;
-  std::vector<std::string> recordings;
-  bool no_correct = false;
-  double false_alarm = 0.01, step_s = 0.0;
+  cli::GapOptions gap;
+  std::string output, write_corrected;
   cli::CommonOptions common;
 };
 
@@ -36,25 +33,15 @@ std::string corrected_file(const Options& o, const Trajectory& recording) {
 }
 
 void add_options(CLI::App& app, Options& o) {
-  app.add_option("recordings", o.recordings, "recordings: CSV files, or a dataset.json or dataset.json#SET")
-      ->required();
+  cli::add_gap_options(app, o.gap);
   app.footer(
       "A recording needs t_s, u_mps, vm_mps, r_degps and the ship's actuators (mmg-sim show SHIP lists them), and "
       "should\n"
       "have x0_m, y0_m, psi_deg and the wind. Exit codes: 0 done, whatever the verdict; 1 computation failed, 2 wrong\n"
       "command line, 3 a file's contents are wrong, 4 a file cannot be read or written. Method, results and rates:\n"
       "docs/gap-locate.md");
-  app.add_option("--ship", o.ship, "the simulator: a ship's JSON file or a shipped name")->required();
-  app.add_option("--columns", o.columns, "columns map of the recordings (JSON), or the name of a shipped one");
-  app.add_flag("--no-correct", o.no_correct, "leave the sensor faults that are found in the recordings");
   app.add_option("--write-corrected", o.write_corrected, "folder for the recordings with the faults taken out")
       ->excludes("--no-correct");
-  app.add_option("--false-alarm", o.false_alarm, "rate of finding something where there is nothing")
-      ->check(cli::in_range(1e-4, 0.2))
-      ->capture_default_str();
-  app.add_option("--step-s", o.step_s,
-                 "time grid of the filter [s], rounded to whole samples (default: 2 sqrt(L_pp/g))")
-      ->check(cli::positive());
   app.add_option("-o,--output", o.output, "folder for locate.json, report.html and NAME.residual.csv")->required();
   cli::add_common_options(app, o.common);
 }
@@ -70,17 +57,11 @@ int main(int argc, char** argv) try {
   add_options(app, o);
   if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
 
-  const Ship ship = read_ship(o.ship);
-  std::vector<std::string> files;
-  for (const io::RecordingFile& file : io::expand_recordings(o.recordings)) files.push_back(file.path);
+  const Ship ship = read_ship(o.gap.ship);
+  const std::vector<std::string> files = cli::recording_files(o.gap.recordings);
   std::vector<Trajectory> recordings =
-      cli::read_recordings(files, o.columns, o.common.jobs, !o.write_corrected.empty());
-  gap::GapLocateOptions options;
-  options.correct = !o.no_correct;
-  options.false_alarm = o.false_alarm;
-  options.step_s = o.step_s;
-  options.jobs = o.common.jobs;
-  options.seed = o.common.seed;
+      cli::read_recordings(files, o.gap.columns, o.common.jobs, !o.write_corrected.empty());
+  gap::GapLocateOptions options = cli::locate_options(o.gap, o.common);
   for (const Trajectory& recording : recordings)
     for (const std::string& input : files)
       if (const std::string file = corrected_file(o, recording);

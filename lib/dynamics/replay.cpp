@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kSameTime = 1e-6;    // of a step
 constexpr double kLimitSlack = 0.02;  // of an actuator's range: measured values overshoot a little
+constexpr int kSlowParts = 10;        // of a sampling time, in which rudders with a memory are followed
 
 void hold_last(std::vector<double>& values) {
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -32,7 +33,7 @@ void advance(const Model<double>& model, ShipState<double>& state, const Recorde
              const TimeGrid& grid, const Trajectory& recording) {
   for (std::size_t i = 0; i < grid.steps_per_sample(); ++i) {
     const double now = t_s + static_cast<double>(i) * grid.dt_s;
-    state = integrate(model, state, inputs.step(now, grid.dt_s, model.effects.rudder_delay_s()), grid.dt_s);
+    state = integrate(model, state, inputs.step(now, grid.dt_s), grid.dt_s);
     if (!state.nu.allFinite() || !state.eta.allFinite())
       throw NumericalError(fmt::format("{}: the simulation diverged at {} s; reduce the time step (now {} s)",
                                        recording.file, now + grid.dt_s, grid.dt_s));
@@ -104,20 +105,59 @@ Inputs<double> RecordedInputs::at(double t_s) const {
   inputs.t_s = t_s;
   for (std::size_t a = 0; a < channels_.size(); ++a) inputs.actuators[channels_[a]] = now.value(actuators_[a]);
   inputs.true_wind = {now.value(wind_x_), now.value(wind_y_)};
+  if (response_ != RudderResponse()) let_rudders_act(inputs);
   return inputs;
 }
 
-StepInputs<double> RecordedInputs::step(double t_s, double dt_s, double rudder_delay_s) const {
+void RecordedInputs::let_rudders_act(Inputs<double>& inputs) const {
+  const Place then = place(std::max(inputs.t_s - response_.delay_s, t_[first_known_.value_or(0)]));
+  const auto above = std::upper_bound(slow_t_.begin(), slow_t_.end(), inputs.t_s) - slow_t_.begin();
+  for (std::size_t a = 0; a < channels_.size(); ++a) {
+    if (info(channels_[a]).quantity != Quantity::angle) continue;
+    double& angle = inputs.actuators[channels_[a]];
+    if (slow_t_.empty()) {
+      angle = then.value(actuators_[a]);
+      continue;
+    }
+    const std::vector<double>& slow = slow_angles_[a];
+    const auto after = std::min(static_cast<std::size_t>(above), slow.size() - 1), before = after > 0 ? after - 1 : 0;
+    const double gap_s = slow_t_[after] - slow_t_[before];
+    const double share = gap_s > 0.0 ? std::clamp((inputs.t_s - slow_t_[before]) / gap_s, 0.0, 1.0) : 0.0;
+    angle = slow[before] + share * (slow[after] - slow[before]);
+  }
+}
+
+RecordedInputs RecordedInputs::through(const RudderResponse& response) const {
+  RecordedInputs result = *this;
+  result.response_ = {response.delay_s};  // at() gives the delayed angles, which are then followed
+  result.slow_t_.clear();
+  result.slow_angles_.assign(channels_.size(), {});
+  if (response.has_memory() && first_known_) {
+    std::vector<double> t{t_[*first_known_]};
+    std::vector<std::vector<double>> angles(channels_.size());
+    const Inputs<double> first = result.at(t.front());
+    for (std::size_t a = 0; a < channels_.size(); ++a) angles[a].push_back(first.actuators[channels_[a]]);
+    for (std::size_t i = *first_known_; i + 1 < t_.size(); ++i) {
+      const double dt_s = (t_[i + 1] - t_[i]) / kSlowParts;
+      for (int part = 0; part < kSlowParts; ++part) {
+        const StepInputs<double> step = result.step(t_[i] + part * dt_s, dt_s);
+        t.push_back(t_[i] + (part + 1) * dt_s);
+        for (std::size_t a = 0; a < channels_.size(); ++a)
+          angles[a].push_back(response.follow(angles[a].back(), step.middle.actuators[channels_[a]],
+                                              step.end.actuators[channels_[a]], dt_s));
+      }
+    }
+    result.slow_t_ = std::move(t);
+    result.slow_angles_ = std::move(angles);
+  }
+  result.response_ = response;
+  return result;
+}
+
+StepInputs<double> RecordedInputs::step(double t_s, double dt_s) const {
   // A held value that changes at the end of the step belongs to the next one.
   const double inside = interpolation_ == InputInterpolation::hold ? kSameTime * dt_s : 0.0;
-  StepInputs<double> inputs{at(t_s + inside), at(t_s + 0.5 * dt_s), at(t_s + dt_s - inside)};
-  if (rudder_delay_s > 0.0)
-    for (Inputs<double>* input : {&inputs.start, &inputs.middle, &inputs.end}) {
-      const Place then = place(std::max(input->t_s - rudder_delay_s, t_[first_known_.value_or(0)]));
-      for (std::size_t a = 0; a < channels_.size(); ++a)
-        if (info(channels_[a]).quantity == Quantity::angle) input->actuators[channels_[a]] = then.value(actuators_[a]);
-    }
-  return inputs;
+  return {at(t_s + inside), at(t_s + 0.5 * dt_s), at(t_s + dt_s - inside)};
 }
 
 Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs, const TimeGrid& grid) {
@@ -139,6 +179,7 @@ Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedI
   if (has_position) state.eta.head<2>() << recording[Channel::x0][first], recording[Channel::y0][first];
 
   const Model<double> model(ship);
+  const RecordedInputs acting = inputs.through(model.effects.rudder_response());
   const double t0 = recording[Channel::t][first], duration = recording[Channel::t].back() - t0;
   const auto samples = static_cast<std::size_t>(duration / grid.sample_s + kSameTime);
   Trajectory result;
@@ -146,7 +187,7 @@ Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedI
     const double t_s = t0 + grid_time(k, grid.sample_s);
     append_sample(result, ship, t_s, state, inputs.at(t_s));
     if (k == samples) break;
-    advance(model, state, inputs, t_s, grid, recording);
+    advance(model, state, acting, t_s, grid, recording);
   }
   for (const Actuator& actuator : ship.actuators)  // an idle thruster that was not recorded is not invented
     if (!recording.has(actuator.channel)) result[actuator.channel].clear();
@@ -156,6 +197,7 @@ Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedI
 std::size_t replay_sequences(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs,
                              const TimeGrid& grid, std::size_t K, io::PredictionWriter& writer) {
   const Model<double> model(ship);
+  const RecordedInputs acting = inputs.through(model.effects.rudder_response());
   io::PredictionRow row;
   row.recording = recording.name;
   for (const Samples& samples : resample(recording, inputs.channels(), inputs.has_wind(), grid.sample_s))
@@ -166,7 +208,7 @@ std::size_t replay_sequences(const Ship& ship, const Trajectory& recording, cons
         row.eta = state.eta;
         row.nu = state.nu;
         writer.write(row);
-        if (row.step + 1 < K) advance(model, state, inputs, row.t_s, grid, recording);
+        if (row.step + 1 < K) advance(model, state, acting, row.t_s, grid, recording);
       }
       ++row.sequence;
     }

@@ -25,10 +25,11 @@ class RecordedInputs {
 
   /// Index of the first sample at which every input is known; nothing if there is none.
   std::optional<std::size_t> first_known() const { return first_known_; }
-  /// What acts over the step from t_s to t_s + dt_s, within the recording's time: the recorded inputs, the rudders
-  /// later by `rudder_delay_s`.
-  StepInputs<double> step(double t_s, double dt_s, double rudder_delay_s = 0.0) const;
-  /// As recorded.
+  /// The same recording, whose rudders act as `response` lets them.
+  RecordedInputs through(const RudderResponse& response) const;
+  /// What acts over the step from t_s to t_s + dt_s, within the recording's time.
+  StepInputs<double> step(double t_s, double dt_s) const;
+  /// What acts at one time.
   Inputs<double> at(double t_s) const;
   /// The ship's actuators that the recording has.
   const std::vector<Channel>& channels() const { return channels_; }
@@ -45,6 +46,7 @@ class RecordedInputs {
     }
   };
   Place place(double t_s) const;
+  void let_rudders_act(Inputs<double>& inputs) const;
 
   std::vector<double> t_;
   std::vector<Channel> channels_;
@@ -54,6 +56,9 @@ class RecordedInputs {
   InputInterpolation interpolation_;
   std::optional<std::size_t> first_known_;
   std::vector<std::string> notices_;
+  RudderResponse response_;
+  std::vector<double> slow_t_;                    // where rudders have a memory, a finer grid
+  std::vector<std::vector<double>> slow_angles_;  // by place in channels_; only those of rudders are used
 };
 
 /// Drives the ship with a recording's inputs from its first complete state to its end, sampled every `sample_s` from

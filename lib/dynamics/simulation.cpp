@@ -60,20 +60,22 @@ void SimulatedShip::advance(StepInputs<double> inputs, double dt_s, Integrator i
   inputs.middle.t_s = t_s + dt_s / 2.0;
   inputs.end.t_s = t_s + dt_s;
   actuators = inputs.end.actuators;
-  if (model.effects.rudder_delay_s() > 0.0) {
+  const RudderResponse& response = model.effects.rudder_response();
+  if (response.delay_s > 0.0) {
     if (past_.empty()) past_.push_back(inputs.start);
     past_.push_back(inputs.middle);
     past_.push_back(inputs.end);
     for (Inputs<double>* at : {&inputs.start, &inputs.middle, &inputs.end}) at->actuators = delayed(*at);
-    while (past_.size() > 2 && past_[1].t_s < t_s - model.effects.rudder_delay_s()) past_.pop_front();
+    while (past_.size() > 2 && past_[1].t_s < t_s - response.delay_s) past_.pop_front();
   }
+  if (response.has_memory()) follow(response, inputs, dt_s);
   state = integrate(model, state, inputs, dt_s, integrator);
   t_s += dt_s;
 }
 
 Actuators<double> SimulatedShip::delayed(const Inputs<double>& inputs) const {
   Actuators<double> result = inputs.actuators;
-  const double then = inputs.t_s - model.effects.rudder_delay_s();
+  const double then = inputs.t_s - model.effects.rudder_response().delay_s;
   const auto after = std::find_if(past_.begin(), past_.end(), [&](const auto& known) { return known.t_s > then; });
   const Inputs<double>& b = after == past_.end() ? past_.back() : *after;
   const Inputs<double>& a = after == past_.begin() ? past_.front() : *(after - 1);
@@ -84,6 +86,21 @@ Actuators<double> SimulatedShip::delayed(const Inputs<double>& inputs) const {
       result[actuator.channel] = from + weight * (b.actuators[actuator.channel] - from);
     }
   return result;
+}
+
+void SimulatedShip::follow(const RudderResponse& response, StepInputs<double>& inputs, double dt_s) {
+  if (!acting_) acting_ = inputs.start.actuators;
+  for (const Actuator& actuator : ship.actuators) {
+    if (!actuator.is_rudder()) continue;
+    double &start = inputs.start.actuators[actuator.channel], &middle = inputs.middle.actuators[actuator.channel],
+           &end = inputs.end.actuators[actuator.channel];
+    double& angle = (*acting_)[actuator.channel];
+    const double halfway = response.follow(angle, 0.5 * (start + middle), middle, 0.5 * dt_s);
+    const double after = response.follow(halfway, 0.5 * (middle + end), end, 0.5 * dt_s);
+    start = angle;
+    middle = halfway;
+    end = angle = after;
+  }
 }
 
 void append_sample(Trajectory& trajectory, const Ship& ship, double t_s, const ShipState<double>& state,

@@ -166,6 +166,8 @@ struct SimulatedShip {
  private:
   std::deque<Inputs<double>> past_;  // where rudders act late: from just before the delay on
   Actuators<double> delayed(const Inputs<double>& inputs) const;
+  std::optional<Actuators<double>> acting_;  // where rudders are slow: what acts
+  void follow(const RudderResponse& response, StepInputs<double>& inputs, double dt_s);
 };
 
 /// Appends one sample to a trajectory: states, the ship's actuators, true and apparent wind.

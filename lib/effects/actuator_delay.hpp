@@ -24,7 +24,7 @@ struct ActuatorDelay {
 
   ActuatorDelay(const std::array<T, 1>& value, const Ship&) : delay(value[0]) {}
 
-  T rudder_delay_s() const { return delay; }
+  void slow(RudderResponse& response) const requires std::same_as<T, double> { response.delay_s += delay; }
 };
 
 }  // namespace leeway

@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <stdexcept>
 #include <string_view>
 
 #include "core/types.hpp"
+#include "effects/rudder_response.hpp"
 #include "forces/inertia.hpp"
 #include "forces/registry.hpp"
 
@@ -18,7 +20,9 @@
 ///   Vec2<T> wind(const Situation<T>&) const           added to the true wind, from-vector in earth axes [m/s]
 ///   WaterMotion<T> water(const Situation<T>&) const   added to the motion of the water at the ship's place
 ///   Vec3<T> force(const Situation<T>&) const          added at midship (X [N], Y [N], N [N m])
-///   T rudder_delay_s() const                          the rudders act this much later than recorded
+///   void slow(RudderResponse&) const                  the rudders follow late what is recorded of them; with T =
+///   double
+///                                                     alone: it is done to the recorded angles before a step
 ///
 /// At zero strength an effect changes nothing, to the last bit.
 namespace leeway {

@@ -7,6 +7,8 @@
 
 #include "core/errors.hpp"
 #include "effects/actuator_delay.hpp"
+#include "effects/actuator_lag.hpp"
+#include "effects/actuator_rate.hpp"
 #include "effects/added_mass.hpp"
 #include "effects/anemometer.hpp"
 #include "effects/bank.hpp"
@@ -31,6 +33,7 @@
 #include "effects/thruster_speed_loss.hpp"
 #include "effects/trim.hpp"
 #include "effects/tug.hpp"
+#include "effects/unknown.hpp"
 #include "effects/unmeasured_wind.hpp"
 #include "effects/varying_current.hpp"
 #include "effects/vectwin_interaction.hpp"
@@ -47,7 +50,8 @@ using Effect =
                  Anemometer<T>, UnmeasuredWind<T>, WaveDrift<T>, Fouling<T>, Draft<T>, CenterOfGravity<T>, Trim<T>,
                  CrossFlowDrag<T>, AddedMass<T>, ThrustLoss<T>, Wake<T>, PropellerWalk<T>, RudderOffset<T>,
                  RudderEffectiveness<T>, RudderStall<T>, VectwinInteraction<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>,
-                 ActuatorDelay<T>, Tug<T>, Mooring<T>, Fender<T>, BodyForce<T>, EarthForce<T>, ModelError<T>>;
+                 ActuatorDelay<T>, ActuatorRate<T>, ActuatorLag<T>, Tug<T>, Mooring<T>, Fender<T>, BodyForce<T>,
+                 EarthForce<T>, ModelError<T>, Unknown<T>>;
 
 /// What is known of an effect before any ship: its text and its parameters.
 struct EffectDescription {
@@ -114,7 +118,7 @@ class Effects {
           blows_ |= requires(Situation<T> at) { e.wind(at); };
           moves_water_ |= requires(Situation<T> at) { e.water(at); };
           pushes_ |= requires(Situation<T> at) { e.force(at); };
-          if constexpr (requires { e.rudder_delay_s(); }) rudder_delay_s_ += e.rudder_delay_s();
+          if constexpr (requires { e.slow(response_); }) e.slow(response_);
         },
         effect);
     effects_.push_back(std::move(effect));
@@ -126,7 +130,7 @@ class Effects {
   bool blow() const { return blows_; }
   bool moves_water() const { return moves_water_; }
   bool push() const { return pushes_; }
-  const T& rudder_delay_s() const { return rudder_delay_s_; }
+  const RudderResponse& rudder_response() const { return response_; }
 
   void change(ModelParts<T> parts) const {
     for (const Effect<T>& effect : effects_)
@@ -177,7 +181,7 @@ class Effects {
 
   std::vector<Effect<T>> effects_;
   bool acts_ = false, blows_ = false, moves_water_ = false, pushes_ = false;
-  T rudder_delay_s_ = T(0.0);
+  RudderResponse response_;
 };
 
 }  // namespace leeway

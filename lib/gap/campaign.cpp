@@ -87,13 +87,19 @@ std::size_t Campaign::points() const {
   return n;
 }
 
-StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, double dt_s, double rudder_delay_s) {
+Ship Campaign::ship_in(std::size_t recording) const {
+  Ship result = ship;
+  result.effects.insert(result.effects.end(), own_effects[recording].begin(), own_effects[recording].end());
+  return result;
+}
+
+StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, double dt_s) {
   constexpr int kParts = 8;
-  StepInputs<double> step = inputs.step(t_s, dt_s, rudder_delay_s);
+  StepInputs<double> step = inputs.step(t_s, dt_s);
   std::array<StepInputs<double>, kParts> parts;
   for (int i = 0; i < kParts; ++i) {
     const double from_s = t_s + dt_s * i / kParts;
-    parts[static_cast<std::size_t>(i)] = inputs.step(from_s, dt_s / kParts, rudder_delay_s);
+    parts[static_cast<std::size_t>(i)] = inputs.step(from_s, dt_s / kParts);
   }
   const auto average = [&](const auto& value) {
     double mean = 0.0;
@@ -106,7 +112,7 @@ StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, doubl
   return step;
 }
 
-void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship, double rudder_delay_s) {
+void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship) {
   const double time_unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
   stretch.inputs.clear();
   stretch.late_inputs.clear();
@@ -118,10 +124,9 @@ void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship
     std::vector<StepInputs<double>>& late = stretch.late_inputs.emplace_back();
     for (std::size_t i = 0; i < substeps; ++i) {
       const double from_s = stretch.t_s[k] + static_cast<double>(i) * h;
-      step.push_back(averaged_step(inputs, from_s, h, rudder_delay_s));
+      step.push_back(averaged_step(inputs, from_s, h));
       late.push_back(step.back());
-      const StepInputs<double> before =
-          averaged_step(inputs, from_s - kTimingShare * stretch.sample_s, h, rudder_delay_s);
+      const StepInputs<double> before = averaged_step(inputs, from_s - kTimingShare * stretch.sample_s, h);
       late.back().start.actuators = before.start.actuators;
       late.back().middle.actuators = before.middle.actuators;
       late.back().end.actuators = before.end.actuators;
@@ -134,7 +139,7 @@ void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship
 Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options) {
   Campaign campaign;
   campaign.ship = ship;
-  const double delay_s = Effects<double>(ship).rudder_delay_s();  // that the simulator itself knows
+  const RudderResponse response = Effects<double>(ship).rudder_response();  // that the simulator itself knows
   const double time_unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
   const double gap_s = options.gap_s > 0.0 ? options.gap_s : 30.0 * campaign.time_scale();
 
@@ -150,7 +155,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
   for (std::size_t index = 0; index < recordings.size(); ++index) {
     const Trajectory& recording = recordings[index];
     campaign.recorded_inputs.emplace_back(recording, ship, InputInterpolation::linear);
-    const RecordedInputs& inputs = campaign.recorded_inputs.back();
+    const RecordedInputs inputs = campaign.recorded_inputs.back().through(response);
     for (const std::string& notice : inputs.notices()) campaign.notices.push_back(notice);
     campaign.has_wind |= inputs.has_wind();
     for (const Channel channel : kMeasured)
@@ -220,7 +225,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
         stretch.spread_s2.push_back(point.spread_s2);
       }
       stretch.sample_s = sample_s;
-      set_inputs(stretch, inputs, ship, delay_s);
+      set_inputs(stretch, inputs, ship);
       campaign.stretches.push_back(std::move(stretch));
     }
     if (left_out_s > 0.0 || kept == 0)
@@ -243,6 +248,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
     campaign.notices.push_back(fmt::format("{} of {} recordings: {}", count, recordings.size(), how));
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
   campaign.step_s = steps[steps.size() / 2];
+  campaign.own_effects.resize(recordings.size());
   campaign.recordings = std::move(recordings);
   return campaign;
 }

@@ -39,23 +39,26 @@ inline constexpr double kTimingShare = 0.1;
 struct Campaign {
   Ship ship;
   std::vector<Trajectory> recordings;
-  std::vector<RecordedInputs> recorded_inputs;  ///< one per recording
+  std::vector<std::vector<EffectEntry>> own_effects;  ///< of each recording: of the ship there, and nowhere else
+  std::vector<RecordedInputs> recorded_inputs;        ///< one per recording
   std::vector<Stretch> stretches;
   double step_s = 0.0;  ///< typical time step of the grid
   bool has_position = false, has_heading = false, has_wind = false;
   std::vector<std::string> notices;
 
   std::size_t points() const;
+  /// The ship as it sails in one recording.
+  Ship ship_in(std::size_t recording) const;
   /// sqrt(L/g) by that of a 3 m ship: times scale with it.
   double time_scale() const { return std::sqrt(ship.particulars.L_pp / 3.0); }
 };
 
 /// What acts from t_s to t_s + dt_s: the mean of the recorded inputs over the step, also where they moved in corners
 /// that three points do not show, is what Simpson's rule, and so Runge-Kutta's, makes of the result.
-StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, double dt_s, double rudder_delay_s = 0.0);
+StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, double dt_s);
 
-/// Puts a recording's inputs on a stretch's grid, the rudders later by `rudder_delay_s`.
-void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship, double rudder_delay_s);
+/// Puts a recording's inputs on a stretch's grid.
+void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship);
 
 struct CampaignOptions {
   double step_s = 0.0;  ///< of the grid; 0: 2 sqrt(L/g), at least the recordings' own

@@ -429,7 +429,8 @@ class ForceCheck {
   std::vector<WindowError> errors(const std::vector<Trajectory>& recordings) const {
     std::vector<std::optional<RecordedInputs>> inputs(recordings.size());
     for (std::size_t i = 0; i < recordings.size(); ++i)
-      inputs[i].emplace(recordings[i], ship_, InputInterpolation::linear);
+      inputs[i] =
+          RecordedInputs(recordings[i], ship_, InputInterpolation::linear).through(model_.effects.rudder_response());
     std::vector<WindowError> result(windows_.size(), WindowError::Constant(kMissing));
     for (std::size_t w = 0; w < windows_.size(); ++w) {
       const auto [i, start] = windows_[w];
@@ -441,8 +442,7 @@ class ForceCheck {
       const double dt_s = horizon_s_ / kSteps;
       for (int step = 0; state && step < kSteps; ++step) {
         const double now = start + step * dt_s;
-        if (state->nu.allFinite())
-          *state = integrate(model_, *state, inputs[i]->step(now, dt_s, model_.effects.rudder_delay_s()), dt_s);
+        if (state->nu.allFinite()) *state = integrate(model_, *state, inputs[i]->step(now, dt_s), dt_s);
         if ((step + 1) % (kSteps / kLooks) != 0) continue;
         const auto seen = state_at(t, now + dt_s);
         if (!seen) continue;

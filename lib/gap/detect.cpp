@@ -285,6 +285,22 @@ Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLi
   result.largest_autocorrelation = white.largest;
   if (candidates.empty()) return result;
 
+  // Share of i explained by j: tr(F_ij F_jj^-1 F_ji)/tr F_ii.
+  const auto n = static_cast<Eigen::Index>(candidates.size());
+  result.imitated.resize(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const EffectLibrary::Entry& a = library.entries()[candidates[static_cast<std::size_t>(i)].effect];
+    result.compared.push_back(a.name);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Candidate& other = candidates[static_cast<std::size_t>(j)];
+      const EffectLibrary::Entry& b = library.entries()[other.effect];
+      const Eigen::MatrixXd cross = projected.F.block(a.first, b.first, a.count, b.count);
+      const double own = projected.F.block(a.first, a.first, a.count, a.count).trace();
+      result.imitated(i, j) =
+          i == j ? 1.0 : std::clamp((cross * other.test.inverse * cross.transpose()).trace() / own, 0.0, 1.0);
+    }
+  }
+
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.screened.p_value < b.screened.p_value; });
   for (std::size_t i = 0; i < std::min(options.refitted, candidates.size()); ++i) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace leeway::gap {
 namespace {
@@ -58,23 +59,28 @@ std::vector<std::vector<double>> variants_of(std::span<const EffectParameter> pa
 }  // namespace
 
 EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
-    : campaign_(campaign), fit_(fit), null_(campaign.ship) {
-  apply_uncertainty(null_, fit.theta);
+    : campaign_(campaign), fit_(fit), variants_(campaign.recordings.size()) {
+  std::vector<Ship> ships;
+  for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
+    ships.push_back(campaign.ship_in(r));
+    apply_uncertainty(null_.emplace_back(ships.back()), fit.theta);
+  }
   const bool is_full_scale = campaign.ship.particulars.L_pp > kFullScale_m;
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
   for (std::size_t type = 0; type < catalogue.size(); ++type) {
     const std::string name(catalogue[type].info.name);
     if (!holds(name)) continue;
-    Entry entry{name, static_cast<Eigen::Index>(variants_.size()), 0};
+    Entry entry{name, columns(), 0};
     std::string problem;
     for (const std::vector<double>& values : variants_of(catalogue[type].parameters, is_full_scale)) {
       try {
-        Effects<double> effects(campaign.ship);
-        effects.add(make_effect<double>(type, values, campaign.ship));
-        const double delay_s = effects.rudder_delay_s();
-        Variant variant{Model<double>(campaign.ship, effects), delay_s};
-        apply_uncertainty(variant.model, fit.theta);
-        variants_.push_back(std::move(variant));
+        const Effect<double> effect = make_effect<double>(type, values, campaign.ship);
+        for (std::size_t r = 0; r < ships.size(); ++r) {
+          Effects<double> effects(ships[r]);
+          effects.add(effect);
+          const RudderResponse response = effects.rudder_response();
+          apply_uncertainty(variants_[r].emplace_back(Model<double>(ships[r], effects), response).model, fit.theta);
+        }
         ++entry.count;
       } catch (const EffectNotApplicable& reason) {  // some strengths may apply: k_R to a single rudder, k_P not
         problem = reason.what();
@@ -92,27 +98,36 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
 
 bool EffectLibrary::holds(std::string_view effect) {
   return effect != "tug" && effect != "varying-current" && effect != "bank" && effect != "mooring" &&
-         effect != "fender" && effect != "model-error";
+         effect != "fender" && effect != "model-error" && effect != "unknown";
 }
 
 MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std::size_t> entries) const {
   const LinearStretch& stretch = fit_.stretches[stretch_index];
-  const RecordedInputs& recorded = campaign_.recorded_inputs[stretch.data->recording];
-  return [this, &stretch, &recorded, entries = std::move(entries)](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
+  const std::size_t recording = stretch.data->recording;
+  const Model<double>& null = null_[recording];
+  const std::vector<Variant>& variants = variants_[recording];
+  // Of those whose rudders act otherwise.
+  std::map<Eigen::Index, RecordedInputs> inputs_of;
+  for (const std::size_t e : entries)
+    for (Eigen::Index i = entries_[e].first; i < entries_[e].first + entries_[e].count; ++i)
+      if (const RudderResponse& response = variants[static_cast<std::size_t>(i)].response;
+          response != null.effects.rudder_response())
+        inputs_of.emplace(i, campaign_.recorded_inputs[recording].through(response));
+  return [this, &stretch, &null, &variants, inputs_of = std::move(inputs_of), entries = std::move(entries)](
+             std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
     const StateVector& x = stretch.path[k];
     const std::vector<StepInputs<double>>& inputs = stretch.data->inputs[k];
     const double h = stretch.data->dt_s(k) / static_cast<double>(inputs.size());
-    const Vec6 without = advance<double>(null_, x, inputs, h);
+    const Vec6 without = advance<double>(null, x, inputs, h);
     Eigen::Index column = 0;
     for (const std::size_t e : entries)
       for (Eigen::Index i = 0; i < entries_[e].count; ++i, ++column) {
-        const Variant& variant = variants_[static_cast<std::size_t>(entries_[e].first + i)];
-        if (variant.rudder_delay_s != null_.effects.rudder_delay_s()) {
-          std::vector<StepInputs<double>> delayed = inputs;
-          for (std::size_t s = 0; s < delayed.size(); ++s)
-            delayed[s] =
-                averaged_step(recorded, stretch.data->t_s[k] + static_cast<double>(s) * h, h, variant.rudder_delay_s);
-          out.col(column) = advance<double>(variant.model, x, delayed, h) - without;
+        const Variant& variant = variants[static_cast<std::size_t>(entries_[e].first + i)];
+        if (const auto slowed = inputs_of.find(entries_[e].first + i); slowed != inputs_of.end()) {
+          std::vector<StepInputs<double>> slow = inputs;
+          for (std::size_t s = 0; s < slow.size(); ++s)
+            slow[s] = averaged_step(slowed->second, stretch.data->t_s[k] + static_cast<double>(s) * h, h);
+          out.col(column) = advance<double>(variant.model, x, slow, h) - without;
         } else {
           out.col(column) = advance<double>(variant.model, x, inputs, h) - without;
         }

@@ -27,7 +27,7 @@ class EffectLibrary {
 
   const std::vector<Entry>& entries() const { return entries_; }
   const std::vector<std::string>& not_applicable() const { return not_applicable_; }
-  Eigen::Index columns() const { return static_cast<Eigen::Index>(variants_.size()); }
+  Eigen::Index columns() const { return static_cast<Eigen::Index>(variants_.front().size()); }
 
   /// The columns of the given entries at step k of a stretch, for evidence().
   MoreColumns columns_of(std::size_t stretch, std::vector<std::size_t> entries) const;
@@ -35,12 +35,12 @@ class EffectLibrary {
  private:
   struct Variant {
     Model<double> model;
-    double rudder_delay_s = 0.0;
+    RudderResponse response;
   };
   const Campaign& campaign_;
   const FittedNull& fit_;
-  Model<double> null_;
-  std::vector<Variant> variants_;
+  std::vector<Model<double>> null_;             // by recording
+  std::vector<std::vector<Variant>> variants_;  // by recording
   std::vector<Entry> entries_;
   std::vector<std::string> not_applicable_;
 };

@@ -5,6 +5,7 @@
 
 #include "gap/gap_locate.hpp"
 #include "gap/hypothesis.hpp"
+#include "gap/next_maneuver.hpp"
 
 /// What gap-explain adds to gap-locate: hypotheses about what is missing, compared, chosen and shown to help.
 namespace leeway::gap {
@@ -12,7 +13,9 @@ namespace leeway::gap {
 /// One parameter of one effect or sensor fault, in the unit that its name carries.
 struct ExplainedParameter {
   std::string effect, name;
+  std::string recording;  ///< where it differs between recordings; the first stands for their mean, without one
   double estimate = 0.0, sd = 0.0, low = 0.0, high = 0.0;  ///< low, high: 95 % interval
+  double prior_low = 0.0, prior_high = 0.0;                ///< the same before any recording was seen; NaN: unknown
 };
 
 /// A set of effects that may be what is missing, fitted to the recordings beside the ship's uncertain parameters.
@@ -37,10 +40,21 @@ struct Score {
 struct Scores {
   std::map<int, Score> free_runs;               ///< by their length [s]: 30, 100, 300
   double log_likelihood_per_sample = kMissing;  ///< of the filter, parameters integrated out where they were fitted
-  double coverage_95 = kMissing;                ///< share of innovations within their 95 % interval
+  std::map<int, double> coverage;               ///< share of innovations within their interval of 50, 90, 95, 99 %
   std::map<std::string, Score> by_recording;    ///< free runs of kShownHorizon_s
 };
 inline constexpr int kShownHorizon_s = 100;
+/// Positions [m] in earth axes.
+struct FreeTrack {
+  std::string recording;
+  std::vector<double> t_s;
+  std::vector<Vec2<double>> measured, run;
+  void add(double t, const Vec6& seen, const Vec2<double>& at) {
+    t_s.push_back(t);
+    measured.emplace_back(seen.head<2>());
+    run.push_back(at);
+  }
+};
 struct BeforeAfter {
   Scores before, after;
 };
@@ -49,16 +63,21 @@ struct Explanation {
   Findings findings;
   Verdict verdict = Verdict::undecided;
   double p_value = 1.0;
-  std::string reason;                 ///< why this verdict, to a person
   std::vector<Explained> hypotheses;  ///< most probable first; "none" is one of them
   std::vector<std::string> chosen;    ///< names; "unknown" where the catalogue does not hold it
   bool is_complete = true;            ///< whether nothing significant is left beside what was chosen
   double left_p_value = 1.0;          ///< of what is left then
-  Vec3<double> sigma_w_after = Vec3<double>::Zero();
-  std::vector<EffectEntry> effects;  ///< that ship.json has more than the ship
+  std::vector<EffectEntry> effects;   ///< that ship.json has more than the ship
+  /// By recording, where they differ: what acts there.
+  std::map<std::string, std::vector<EffectEntry>> effects_in;
   BeforeAfter train, heldout;
+  std::vector<FreeTrack> tracks_before, tracks_after;  ///< of what was held out
+  std::vector<Residual> residuals_after;               ///< what is left of the residual with what was chosen
   bool heldout_is_given = false;                     ///< false: recordings, or blocks of a few, were left out in turn
   double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< of what was chosen [nats]
+  /// Where several hypotheses are possible: how certain the best is, and what would tell them apart, most telling first.
+  double p_right = 1.0;
+  std::vector<NextManeuver> next;
   std::vector<std::string> notices;
 };
 

@@ -27,7 +27,8 @@ Json to_json(const Scores& scores) {
   Json result = to_json(shown != scores.free_runs.end() ? shown->second : Score{});
   result["horizon_s"] = kShownHorizon_s;
   result["log_likelihood_per_sample"] = number(scores.log_likelihood_per_sample);
-  result["coverage_95"] = number(scores.coverage_95);
+  result["coverage"] = Json::object();
+  for (const auto& [percent, share] : scores.coverage) result["coverage"][std::to_string(percent)] = number(share);
   result["free_runs"] = Json::object();
   for (const auto& [horizon_s, score] : scores.free_runs)
     result["free_runs"][std::to_string(horizon_s)] = to_json(score);
@@ -38,12 +39,19 @@ Json to_json(const Scores& scores) {
 
 Json to_json(const Explained& hypothesis) {
   Json parameters = Json::object();
-  for (const ExplainedParameter& p : hypothesis.parameters)
-    parameters[p.name] = {{"effect", p.effect},
-                          {"estimate", number(p.estimate)},
-                          {"sd", number(p.sd)},
-                          {"ci95", {number(p.low), number(p.high)}},
-                          {"unit", unit_of(p.name)}};
+  for (const ExplainedParameter& p : hypothesis.parameters) {
+    Json one{{"effect", p.effect},
+             {"estimate", number(p.estimate)},
+             {"sd", number(p.sd)},
+             {"ci95", {number(p.low), number(p.high)}},
+             {"prior95", {number(p.prior_low), number(p.prior_high)}},
+             {"unit", unit_of(p.name)}};
+    // Two effects may have parameters of the same name.
+    const bool is_taken = parameters.contains(p.name) && parameters[p.name]["effect"] != p.effect;
+    Json& place = parameters[is_taken ? p.effect + "." + p.name : p.name];
+    if (p.recording.empty() || place.is_null()) place = one;
+    if (!p.recording.empty()) place["recordings"][p.recording] = one;
+  }
   return {{"name", hypothesis.name},
           {"effects", hypothesis.effects},
           {"probability", number(hypothesis.probability)},
@@ -62,6 +70,12 @@ Json to_json(const Explained& hypothesis) {
 Json to_json(const Explanation& explanation) {
   Json locate = to_json(explanation.findings), hypotheses = Json::array();
   for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
+  Json next = Json::array();
+  for (const NextManeuver& maneuver : explanation.next)
+    next.push_back({{"maneuver", maneuver.name},
+                    {"command", "mmg-sim " + maneuver.command},
+                    {"duration_s", maneuver.duration_s},
+                    {"p_right", number(maneuver.p_right)}});
   return {
       {"ship_name", explanation.findings.ship},
       {"verdict", word(explanation.verdict)},
@@ -78,6 +92,7 @@ Json to_json(const Explanation& explanation) {
       {"fit",
        {{"train", {{"before", to_json(explanation.train.before)}, {"after", to_json(explanation.train.after)}}},
         {"heldout", {{"before", to_json(explanation.heldout.before)}, {"after", to_json(explanation.heldout.after)}}}}},
+      {"next", {{"p_right_now", number(explanation.p_right)}, {"maneuvers", next}}},
       {"ship", "ship.json"},
       {"parameters", locate["null_fit"]["parameters"]},
       {"sigma_w", locate["sigma_w"]},
@@ -86,10 +101,10 @@ Json to_json(const Explanation& explanation) {
       {"notices", explanation.notices}};
 }
 
-Json ship_with(Json of, const Explanation& explanation) {
-  if (explanation.effects.empty()) return of;
+Json ship_with(Json of, const std::vector<EffectEntry>& effects) {
+  if (effects.empty()) return of;
   if (!of.contains("effects")) of["effects"] = Json::array();
-  for (const EffectEntry& entry : explanation.effects) {
+  for (const EffectEntry& entry : effects) {
     Json effect{{"type", entry.type}};
     for (const auto& [name, value] : entry.parameters)
       if (!value || std::isfinite(*value)) effect[name] = value ? Json(*value) : Json(nullptr);

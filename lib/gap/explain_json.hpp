@@ -10,7 +10,8 @@ namespace leeway::gap {
 io::Json to_json(const Explanation& explanation);
 
 /// The ship's JSON with the effects added, as it stands in ship.json: what was there stays as it is.
-///   of  the contents of the ship's file
-io::Json ship_with(io::Json of, const Explanation& explanation);
+///   of       the contents of the ship's file
+///   effects  Explanation::effects, or those of one recording
+io::Json ship_with(io::Json of, const std::vector<EffectEntry>& effects);
 
 }  // namespace leeway::gap

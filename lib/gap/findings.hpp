@@ -77,6 +77,10 @@ struct Detection {
   std::vector<Screened> effects;                     ///< best first
   std::string reason;                                ///< why this verdict, to a person
   std::vector<std::string> untested;                 ///< effects that these recordings cannot show, and why
+  /// How far effects look alike in these recordings: the share of the signature of one (row) that another (column)
+  /// imitates, after the ship's own parameters. Of the effects that the recordings excite, in the catalogue's order.
+  std::vector<std::string> compared;
+  Eigen::MatrixXd imitated;
 };
 
 struct Interval {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/parallel.hpp"
 #include "core/units.hpp"
@@ -10,7 +11,9 @@ namespace leeway::gap {
 namespace {
 
 constexpr std::array<int, 3> kHorizons_s{30, 100, 300};
-constexpr double kQuantile_95 = 1.959963984540054;
+// Within which a standard normal number lies with so many per cent.
+const std::map<int, double> kQuantiles{
+    {50, 0.6744897501960817}, {90, 1.6448536269514722}, {95, 1.959963984540054}, {99, 2.5758293035489004}};
 constexpr double kSpeedLimit_mps = 1e3;  // beyond which a run has run away
 
 struct Squares {
@@ -42,22 +45,26 @@ struct Squares {
   }
 };
 
+// Calls visit(k, x) at each point reached; `first` tells where a run begins.
+template <typename Visit>
 Squares run_free(const Model<double>& model, const Campaign& campaign, const Stretch& stretch, const Smoothed& start,
-                 const Run& run, double horizon_s) {
-  const double delay_s = model.effects.rudder_delay_s();
-  const bool is_delayed = delay_s != Effects<double>(campaign.ship).rudder_delay_s();
+                 const Run& run, double horizon_s, const Visit& visit) {
+  const RudderResponse& response = model.effects.rudder_response();
+  std::optional<RecordedInputs> otherwise;
+  if (response != Effects<double>(campaign.ship).rudder_response())
+    otherwise = campaign.recorded_inputs[stretch.recording].through(response);
   Squares squares;
   for (std::size_t k = run.begin; k + 1 < run.end;) {
     StateVector x = start.state[k];
     x.tail<kStates - kErrorStart>().setZero();
     const double end_s = stretch.t_s[k] + horizon_s;
+    visit(k, x, true);
     while (k + 1 < run.end && stretch.t_s[k + 1] <= end_s + 1e-9) {
       std::vector<StepInputs<double>> inputs = stretch.inputs[k];
       const double h = stretch.dt_s(k) / static_cast<double>(inputs.size());
-      if (is_delayed)
+      if (otherwise)
         for (std::size_t i = 0; i < inputs.size(); ++i)
-          inputs[i] = averaged_step(campaign.recorded_inputs[stretch.recording],
-                                    stretch.t_s[k] + static_cast<double>(i) * h, h, delay_s);
+          inputs[i] = averaged_step(*otherwise, stretch.t_s[k] + static_cast<double>(i) * h, h);
       x.head<kShipStates>() = advance<double>(model, x, inputs, h);
       ++k;
       if (!x.allFinite() || x.segment<2>(3).norm() > kSpeedLimit_mps) {
@@ -67,6 +74,7 @@ Squares run_free(const Model<double>& model, const Campaign& campaign, const Str
         return away;
       }
       squares.add(stretch.measured[k] - x.head<kShipStates>());
+      visit(k, x, false);
     }
     if (k + 1 < run.end && stretch.t_s[k + 1] - stretch.t_s[k] > horizon_s) ++k;  // a hole longer than a run
   }
@@ -111,7 +119,7 @@ Scores free_runs(const Campaign& campaign, const std::vector<Smoothed>& starts, 
   parallel_for(tasks.size(), jobs, [&](std::size_t i) {
     const Run& run = ships[tasks[i].ship].runs[tasks[i].run];
     squares[i] = run_free(models[tasks[i].ship], campaign, campaign.stretches[run.stretch], starts[run.stretch], run,
-                          tasks[i].horizon_s);
+                          tasks[i].horizon_s, [](std::size_t, const StateVector&, bool) {});
   });
   std::map<int, Squares> sums;
   std::map<std::string, Squares> by_recording;
@@ -127,17 +135,41 @@ Scores free_runs(const Campaign& campaign, const std::vector<Smoothed>& starts, 
   return scores;
 }
 
-double coverage(const std::vector<Smoothed>& smoothed) {
-  double inside = 0.0, n = 0.0;
-  for (const Smoothed& stretch : smoothed)
-    for (std::size_t k = kSettling; k < stretch.innovations.size(); ++k)
+std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<Smoothed>& starts,
+                                   const std::vector<ShipOnRuns>& ships) {
+  std::vector<FreeTrack> tracks(campaign.recordings.size());
+  for (std::size_t r = 0; r < tracks.size(); ++r) tracks[r].recording = campaign.recordings[r].name;
+  for (const ShipOnRuns& one : ships) {
+    const Model<double> model(one.ship);
+    for (const Run& run : one.runs) {
+      const Stretch& stretch = campaign.stretches[run.stretch];
+      FreeTrack& track = tracks[stretch.recording];
+      run_free(model, campaign, stretch, starts[run.stretch], run, kShownHorizon_s,
+               [&](std::size_t k, const StateVector& x, bool is_first) {
+                 if (is_first && !track.run.empty()) track.add(kMissing, Vec6::Constant(kMissing), {kMissing, kMissing});
+                 track.add(stretch.t_s[k], stretch.measured[k], {x[0], x[1]});
+               });
+    }
+  }
+  std::erase_if(tracks, [](const FreeTrack& track) {
+    return std::none_of(track.measured.begin(), track.measured.end(), [](const Vec2<double>& p) { return p.allFinite(); });
+  });
+  return tracks;
+}
+
+std::map<int, double> coverage(const std::vector<Smoothed>& smoothed, const std::vector<Run>& runs) {
+  std::map<int, double> inside{{50, 0.0}, {90, 0.0}, {95, 0.0}, {99, 0.0}};
+  double n = 0.0;
+  for (const Run& run : runs)
+    for (std::size_t k = std::max(run.begin, kSettling); k < run.end; ++k)
       for (int i = 0; i < kShipStates; ++i) {
-        const double z = stretch.innovations[k][i];
+        const double z = smoothed[run.stretch].innovations[k][i];
         if (std::isnan(z)) continue;
         n += 1.0;
-        inside += std::abs(z) < kQuantile_95 ? 1.0 : 0.0;
+        for (auto& [percent, count] : inside) count += std::abs(z) < kQuantiles.at(percent) ? 1.0 : 0.0;
       }
-  return n > 0.0 ? inside / n : kMissing;
+  for (auto& [percent, count] : inside) count = n > 0.0 ? count / n : kMissing;
+  return inside;
 }
 
 }  // namespace leeway::gap

@@ -26,7 +26,12 @@ struct ShipOnRuns {
 Scores free_runs(const Campaign& campaign, const std::vector<Smoothed>& starts, const std::vector<ShipOnRuns>& ships,
                  std::size_t jobs);
 
-/// Share of white innovations within their 95 % interval.
-double coverage(const std::vector<Smoothed>& smoothed);
+/// Positions along free runs of kShownHorizon_s, by recording; a row of NaN stands between two runs. Recordings without
+/// positions have none.
+std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<Smoothed>& starts,
+                                   const std::vector<ShipOnRuns>& ships);
+
+/// Share of white innovations within their intervals of 50, 90, 95 and 99 %, by the per cent.
+std::map<int, double> coverage(const std::vector<Smoothed>& smoothed, const std::vector<Run>& runs);
 
 }  // namespace leeway::gap

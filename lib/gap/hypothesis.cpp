@@ -27,7 +27,7 @@ double in_circle_deg(double angle_deg) {
 }  // namespace
 
 FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& choice)
-    : name_(name), towards_deg_(choice.towards_deg) {
+    : name_(name), recording_(choice.recording), towards_deg_(choice.towards_deg) {
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
   const auto found =
       std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& effect) { return effect.info.name == name; });
@@ -178,18 +178,43 @@ Eigen::Index Hypothesis::size() const {
   return n;
 }
 
-std::string Hypothesis::name() const {
-  std::vector<std::string> names;
-  for (const FreeEffect& effect : effects) names.push_back(effect.name());
-  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, " + "));
+std::string Hypothesis::name() const { return effects.empty() ? "none" : fmt::format("{}", fmt::join(names(), " + ")); }
+
+std::vector<std::string> Hypothesis::names() const {
+  std::vector<std::string> result;
+  for (const FreeEffect& effect : effects)
+    if (std::find(result.begin(), result.end(), effect.name()) == result.end()) result.push_back(effect.name());
+  return result;
+}
+
+bool Hypothesis::differs() const {
+  return std::any_of(effects.begin(), effects.end(), [](const FreeEffect& e) { return e.recording().has_value(); });
+}
+
+Ship Hypothesis::applied_to(const Ship& ship, const Eigen::VectorXd& z, std::size_t recording) const {
+  Ship result = ship;
+  Eigen::Index at = 0;
+  for (const FreeEffect& effect : effects) {
+    if (effect.recording().value_or(recording) == recording)
+      result.effects.push_back(effect.entry(z.segment(at, effect.size())));
+    at += effect.size();
+  }
+  return result;
 }
 
 Ship Hypothesis::applied_to(const Ship& ship, const Eigen::VectorXd& z) const {
   Ship result = ship;
   Eigen::Index at = 0;
-  for (const FreeEffect& effect : effects) {
-    result.effects.push_back(effect.entry(z.segment(at, effect.size())));
+  for (std::size_t i = 0; i < effects.size();) {
+    const FreeEffect& effect = effects[i];
+    Eigen::VectorXd mean = z.segment(at, effect.size());
+    double n = 1.0;
     at += effect.size();
+    for (++i; effect.recording() && i < effects.size() && effects[i].name() == effect.name(); ++i, ++n) {
+      mean += z.segment(at, effect.size());
+      at += effect.size();
+    }
+    if (!effect.recording() || n > 1.0) result.effects.push_back(effect.entry(mean / n));
   }
   return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,28 +13,29 @@ namespace leeway::gap {
 /// An effect of the catalogue with free parameters. Coordinates z stand for them, independent and standard normal
 /// before any recording is seen, so that all effects are fitted in the same units:
 ///
-///   a speed or force with a direction  z = its two components by the prior's sd (Rayleigh), so that nothing is at z =
-///   0 a direction of something else      z from `towards_deg`, in units of 360/sqrt(2 pi) deg: as flat as the density
-///   of
-///                                      all directions
-///   log-normal, normal, uniform        z = (ln x - ln median)/sd, (x - median)/sd, inverse normal distribution of the
-///                                      share of the range
+///   - a speed or force with a direction: its two components by the prior's sd (Rayleigh); nothing is at z = 0;
+///   - a direction of something else: from `towards_deg`, in units of 360/sqrt(2 pi) deg, as flat as the density of all
+///     directions;
+///   - log-normal, normal, uniform: (ln x - ln median)/sd, (x - median)/sd, inverse normal distribution of the share of
+///     the range.
 ///
 /// Parameters that have a default and no neutral value (a place, a shape) keep the default, unless they are freed.
 class FreeEffect {
  public:
   struct Choice {
-    double towards_deg = 0.0;             ///< where a direction that is no vector has z = 0
-    std::map<std::string, double> fixed;  ///< parameters that are known, in their units
-    std::vector<std::string> freed;       ///< parameters that do not keep their default
+    double towards_deg = 0.0;              ///< where a direction that is no vector has z = 0
+    std::map<std::string, double> fixed;   ///< parameters that are known, in their units
+    std::vector<std::string> freed;        ///< parameters that do not keep their default
+    std::optional<std::size_t> recording;  ///< in which alone it acts
   };
   /// Priors are those of the ship's scale. Throws UsageError for an unknown name, EffectNotApplicable if the ship lacks
   /// what the effect needs.
   FreeEffect(std::string_view name, const Ship& ship, const Choice& choice);
   FreeEffect(std::string_view name, const Ship& ship, double towards_deg = 0.0)
-      : FreeEffect(name, ship, Choice{towards_deg, {}, {}}) {}
+      : FreeEffect(name, ship, Choice{towards_deg, {}, {}, {}}) {}
 
   const std::string& name() const { return name_; }
+  const std::optional<std::size_t>& recording() const { return recording_; }
   Eigen::Index size() const;  ///< coordinates
   /// Whether it has a direction that is no vector, so that starts around the compass are needed.
   bool has_bare_direction() const;
@@ -61,6 +63,7 @@ class FreeEffect {
   double value_of(const Coordinate& coordinate, double z) const;
 
   std::string name_;
+  std::optional<std::size_t> recording_;
   std::size_t type_ = 0;
   double towards_deg_ = 0.0;
   std::span<const EffectParameter> parameters_;
@@ -74,10 +77,17 @@ struct Hypothesis {
   std::vector<FreeEffect> effects;
 
   Eigen::Index size() const;
+  /// Each name once, in order.
+  std::vector<std::string> names() const;
   /// "steady-current + rudder-offset"; "none".
   std::string name() const;
-  /// The ship with the effects at z added to its own.
+  /// The ship with the effects at z added to its own, as it sails in one recording.
+  Ship applied_to(const Ship& ship, const Eigen::VectorXd& z, std::size_t recording) const;
+  /// As it sails in any: an effect that differs between recordings as it is in the mean, without one that acts in a
+  /// single recording.
   Ship applied_to(const Ship& ship, const Eigen::VectorXd& z) const;
+  /// Whether it sails differently in different recordings.
+  bool differs() const;
 };
 
 }  // namespace leeway::gap

@@ -194,6 +194,12 @@ Json to_json(const NullFit& fit) {
 }
 
 Json to_json(const Detection& detection) {
+  Json imitated = Json::array();
+  for (Eigen::Index i = 0; i < detection.imitated.rows(); ++i) {
+    imitated.push_back(Json::array());
+    for (Eigen::Index j = 0; j < detection.imitated.cols(); ++j)
+      imitated.back().push_back(std::round(1e3 * detection.imitated(i, j)) / 1e3);
+  }
   return {{"p_value", number(detection.p_value)},
           {"whiteness_p_value", number(detection.whiteness_p_value)},
           {"false_alarm", number(detection.false_alarm)},
@@ -201,6 +207,7 @@ Json to_json(const Detection& detection) {
           {"heldout_gain_sd", number(detection.heldout_gain_sd)},
           {"reason", detection.reason},
           {"untested", detection.untested},
+          {"imitation", {{"effects", detection.compared}, {"shares", imitated}}},
           {"effects", array_of(detection.effects, [](const Screened& e) {
              return Json{{"name", e.name},
                          {"p_value", number(e.p_value)},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <ceres/gradient_problem.h>
@@ -34,9 +35,9 @@ constexpr double kLeastError = 0.005;     // of the typical acceleration: steps,
 constexpr double kEventBlock_s = 10.0;    // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
-constexpr int kFreeSteps = 8;
-constexpr int kEventsSettled = 14;   // iterations after which events stay what they are
-constexpr double kLevelReach = 1.5;  // of ln level: the paths are renewed before one goes farther
+constexpr int kFreeSteps = 8;                       // iterations in which steps need not make the recordings likelier
+constexpr int kEventsSettled = 14;                  // iterations after which events stay what they are
+constexpr double kLevelReach = 1.5;                 // of ln level: the paths are renewed before one goes farther
 
 double robust_sd(std::vector<double> x) {
   if (x.empty()) return 0.0;
@@ -167,18 +168,33 @@ void find_events(FittedNull& fit, const Campaign& campaign) {
 class EffectColumns {
  public:
   EffectColumns(const Campaign& campaign, const Hypothesis& hypothesis, const Eigen::VectorXd& z,
-                const Eigen::VectorXd& plain_theta)
-      : campaign_(campaign), ship_(hypothesis.applied_to(campaign.ship, z)), own_(side(ship_, plain_theta)) {
+                const Eigen::VectorXd& plain_theta, std::size_t recording)
+      : recorded_(campaign.recorded_inputs[recording]),
+        ship_(hypothesis.applied_to(campaign.ship_in(recording), z, recording)),
+        response_(Effects<double>(ship_).rudder_response()) {
+    std::vector<bool> acts;  // each coordinate, in this recording
+    for (const FreeEffect& effect : hypothesis.effects)
+      acts.insert(acts.end(), static_cast<std::size_t>(effect.size()),
+                  effect.recording().value_or(recording) == recording);
+    const auto side = [&](const Eigen::VectorXd& at) {
+      Side result{Model<double>(hypothesis.applied_to(campaign.ship_in(recording), at, recording)), std::nullopt};
+      apply_uncertainty(result.model, plain_theta);
+      if (const RudderResponse& response = result.model.effects.rudder_response(); response != response_)
+        result.inputs = recorded_.through(response);
+      return result;
+    };
     for (Eigen::Index j = 0; j < z.size(); ++j) {
       const Eigen::VectorXd step = kCoordinateStep * Eigen::VectorXd::Unit(z.size(), j);
-      sides_.push_back({side(hypothesis.applied_to(campaign.ship, z + step), plain_theta),
-                        side(hypothesis.applied_to(campaign.ship, z - step), plain_theta)});
+      sides_.emplace_back();
+      if (acts[static_cast<std::size_t>(j)]) sides_.back() = {side(z + step), side(z - step)};
     }
   }
 
   /// With the effects at z.
   const Ship& ship() const { return ship_; }
-  double rudder_delay_s() const { return own_.rudder_delay_s; }
+  const RudderResponse& response() const { return response_; }
+  /// Puts the inputs as the rudders follow them on the stretch.
+  void set_inputs_of(Stretch& stretch) const { set_inputs(stretch, recorded_.through(response_), ship_); }
 
   /// Puts them between the coefficients and the timing.
   void add_to(LinearStretch& stretch) const {
@@ -190,8 +206,12 @@ class EffectColumns {
       wider.leftCols(plain) = G.leftCols(plain);
       wider.rightCols(1) = G.rightCols(1);
       for (Eigen::Index j = 0; j < count; ++j) {
-        const auto& [more, less] = sides_[static_cast<std::size_t>(j)];
-        wider.col(plain + j) = (step(more, stretch, k) - step(less, stretch, k)) / (2.0 * kCoordinateStep);
+        const auto& sides = sides_[static_cast<std::size_t>(j)];
+        if (sides)
+          wider.col(plain + j) =
+              (step(sides->first, stretch, k) - step(sides->second, stretch, k)) / (2.0 * kCoordinateStep);
+        else
+          wider.col(plain + j).setZero();
       }
       G = std::move(wider);
     }
@@ -200,29 +220,30 @@ class EffectColumns {
  private:
   struct Side {
     Model<double> model;
-    double rudder_delay_s;
+    std::optional<RecordedInputs> inputs;  // where they are not those of the stretch
   };
-  static Side side(const Ship& ship, const Eigen::VectorXd& plain_theta) {
-    Side result{Model<double>(ship), 0.0};
-    result.rudder_delay_s = result.model.effects.rudder_delay_s();
-    apply_uncertainty(result.model, plain_theta);
-    return result;
-  }
-  Vec6 step(const Side& side, const LinearStretch& stretch, std::size_t k) const {
+  static Vec6 step(const Side& side, const LinearStretch& stretch, std::size_t k) {
     std::vector<StepInputs<double>> inputs = stretch.data->inputs[k];
     const double h = stretch.data->dt_s(k) / static_cast<double>(inputs.size());
-    if (side.rudder_delay_s != own_.rudder_delay_s)
+    if (side.inputs)
       for (std::size_t i = 0; i < inputs.size(); ++i)
-        inputs[i] = averaged_step(campaign_.recorded_inputs[stretch.data->recording],
-                                  stretch.data->t_s[k] + static_cast<double>(i) * h, h, side.rudder_delay_s);
+        inputs[i] = averaged_step(*side.inputs, stretch.data->t_s[k] + static_cast<double>(i) * h, h);
     return advance<double>(side.model, stretch.path[k], inputs, h);
   }
 
-  const Campaign& campaign_;
+  const RecordedInputs& recorded_;
   const Ship ship_;
-  const Side own_;
-  std::vector<std::pair<Side, Side>> sides_;
+  const RudderResponse response_;
+  std::vector<std::optional<std::pair<Side, Side>>> sides_;
 };
+
+std::vector<EffectColumns> columns_by_recording(const Campaign& campaign, const Hypothesis& hypothesis,
+                                                const Eigen::VectorXd& z, const Eigen::VectorXd& plain_theta) {
+  std::vector<EffectColumns> result;
+  for (std::size_t r = 0; r < campaign.recordings.size(); ++r)
+    result.emplace_back(campaign, hypothesis, z, plain_theta, r);
+  return result;
+}
 
 // (coefficients, timing) of (coefficients, z, timing).
 Eigen::VectorXd plain_of(const Eigen::VectorXd& theta, Eigen::Index effects) {
@@ -258,19 +279,19 @@ class Climb {
   void linearize_all(const std::vector<LinearStretch>& before) {
     const Eigen::Index effects = fit_.effects;
     const Eigen::VectorXd plain = plain_of(fit_.theta, effects);
-    const EffectColumns columns(campaign_, hypothesis_, fit_.theta.segment(plain.size() - 1, effects), plain);
-    const double delay_s = columns.rudder_delay_s();
+    const std::vector<EffectColumns> by_recording =
+        columns_by_recording(campaign_, hypothesis_, fit_.theta.segment(plain.size() - 1, effects), plain);
     parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
       Stretch& stretch = campaign_.stretches[s];
-      if (delay_s != delay_s_)
-        set_inputs(stretch, campaign_.recorded_inputs[stretch.recording], campaign_.ship, delay_s);
+      const EffectColumns& columns = by_recording[stretch.recording];
+      if (columns.response() != responses_[s]) columns.set_inputs_of(stretch);
+      responses_[s] = columns.response();
       if (before[s].data == nullptr)
         fit_.stretches[s] = linearize(columns.ship(), stretch, measured_path(stretch), plain);
       else
         fit_.stretches[s] = linearize_filtered(columns.ship(), before[s], fit_.noise, fit_.event_scale[s], plain);
       if (effects > 0) columns.add_to(fit_.stretches[s]);
     });
-    delay_s_ = delay_s;
     fit_.noise.least_sigma_w = kLeastError * typical_acceleration(fit_.stretches);
     fit_.total = levels().total(fit_.noise);
   }
@@ -315,13 +336,15 @@ class Climb {
     }
   }
 
-  /// Takes a delay that was tried out of the campaign.
+  /// Takes a response of the rudders that was tried out of the campaign.
   void restore_inputs() {
-    const double own_s = Effects<double>(campaign_.ship).rudder_delay_s();
-    if (own_s != delay_s_)
-      for (Stretch& stretch : campaign_.stretches)
-        set_inputs(stretch, campaign_.recorded_inputs[stretch.recording], campaign_.ship, own_s);
-    delay_s_ = own_s;
+    const RudderResponse own = Effects<double>(campaign_.ship).rudder_response();
+    for (std::size_t s = 0; s < responses_.size(); ++s) {
+      Stretch& stretch = campaign_.stretches[s];
+      if (responses_[s] != own)
+        set_inputs(stretch, campaign_.recorded_inputs[stretch.recording].through(own), campaign_.ship);
+      responses_[s] = own;
+    }
   }
 
  private:
@@ -411,7 +434,9 @@ class Climb {
   FittedNull& fit_;
   const Hypothesis& hypothesis_;
   const FitOptions& options_;
-  double delay_s_ = Effects<double>(campaign_.ship).rudder_delay_s();  // of the rudders in the campaign's inputs
+  // Of the rudders, in the inputs of each stretch.
+  std::vector<RudderResponse> responses_ =
+      std::vector<RudderResponse>(campaign_.stretches.size(), Effects<double>(campaign_.ship).rudder_response());
   std::vector<int> free_levels_{0, 1, 2, 3, 4, 5, 6, 7, 8};
 };
 
@@ -639,20 +664,22 @@ FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis
 }
 
 std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& from,
-                             std::size_t jobs, const Hypothesis& so_far, FreeEffect::Choice choice) {
+                             std::size_t jobs, const Hypothesis& so_far, std::vector<FreeEffect::Choice> choices) {
   const Eigen::Index known = from.effects, coefficients = from.theta.size() - 1 - known;
-  const FreeEffect plain(effect, campaign.ship, choice);
+  const FreeEffect plain(effect, campaign.ship, choices.front());
+  const auto added = static_cast<Eigen::Index>(choices.size()) * plain.size();
   const bool is_bent = std::any_of(from.report.parameters.begin(), from.report.parameters.end(),
                                    [](const ParameterShift& p) { return std::abs(p.shift_sd) > kBent; });
   std::vector<Start> starts;
   const auto add = [&](double towards_deg, const Eigen::VectorXd& z) {
-    choice.towards_deg = towards_deg;
+    for (FreeEffect::Choice& choice : choices) choice.towards_deg = towards_deg;
     for (const double share : {1.0, 0.0}) {
       if (share == 0.0 && !is_bent) break;
-      Start start{so_far, Eigen::VectorXd(from.theta.size() + plain.size()), 0.0};
-      start.hypothesis.effects.emplace_back(effect, campaign.ship, choice);
-      start.theta << share * from.theta.head(coefficients), from.theta.segment(coefficients, known), z,
-          from.theta.tail(1);
+      Start start{so_far, Eigen::VectorXd(from.theta.size() + added), 0.0};
+      for (const FreeEffect::Choice& choice : choices)
+        start.hypothesis.effects.emplace_back(effect, campaign.ship, choice);
+      start.theta << share * from.theta.head(coefficients), from.theta.segment(coefficients, known),
+          z.replicate(static_cast<Eigen::Index>(choices.size()), 1), from.theta.tail(1);
       starts.push_back(std::move(start));
     }
   };
@@ -664,15 +691,15 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
     for (const double z : {-1.0, 0.0, 1.0}) add(0.0, Eigen::VectorXd::Constant(plain.size(), z));
 
   for (Start& start : starts) {
-    const Eigen::Index effects = known + plain.size();
+    const Eigen::Index effects = known + added;
     const Eigen::VectorXd plain_theta = plain_of(start.theta, effects);
-    const EffectColumns columns(campaign, start.hypothesis, start.theta.segment(coefficients, effects), plain_theta);
-    const double delay_s = columns.rudder_delay_s();
+    const std::vector<EffectColumns> by_recording =
+        columns_by_recording(campaign, start.hypothesis, start.theta.segment(coefficients, effects), plain_theta);
     std::vector<Evidence> parts(from.stretches.size());
     parallel_for(parts.size(), jobs, [&](std::size_t s) {
       Stretch stretch = campaign.stretches[s];
-      if (delay_s != Effects<double>(campaign.ship).rudder_delay_s())
-        set_inputs(stretch, campaign.recorded_inputs[stretch.recording], campaign.ship, delay_s);
+      const EffectColumns& columns = by_recording[stretch.recording];
+      if (columns.response() != Effects<double>(campaign.ship).rudder_response()) columns.set_inputs_of(stretch);
       LinearStretch linear = linearize(columns.ship(), stretch, from.stretches[s].path, plain_theta);
       columns.add_to(linear);
       linear.event_scale = from.event_scale[s];

@@ -54,9 +54,11 @@ struct Start {
   Eigen::VectorXd theta;      ///< (coefficients, z, timing) after the linear step
   double log_evidence = 0.0;  ///< that the step promises
 };
-///   so_far  the hypothesis of `from`, to which the effect is added
+///   so_far   the hypothesis of `from`, to which the effect is added
+///   choices  one, or one for each recording in which the effect is another
 std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& from,
-                             std::size_t jobs, const Hypothesis& so_far = {}, FreeEffect::Choice choice = {});
+                             std::size_t jobs, const Hypothesis& so_far = {},
+                             std::vector<FreeEffect::Choice> choices = {FreeEffect::Choice()});
 
 /// Other recordings with the parameters and noise levels of a fit: nothing is fitted but their paths.
 FittedNull follow(Campaign& campaign, const FittedNull& fit, const Hypothesis& hypothesis, std::size_t jobs);

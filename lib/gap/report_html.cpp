@@ -140,6 +140,23 @@ std::vector<std::size_t> thinned(std::span<const std::vector<double>> lines, std
 
 namespace {
 
+// Runs and what was measured along them; rows of NaN between runs stay, as null.
+Json drawn(const FreeTrack& track, std::size_t limit) {
+  const std::size_t count = track.t_s.size();
+  std::array<std::vector<double>, 4> lines;
+  for (std::size_t i = 0; i < count; ++i) {
+    lines[0].push_back(track.run[i](0));
+    lines[1].push_back(track.run[i](1));
+    lines[2].push_back(track.measured[i](0));
+    lines[3].push_back(track.measured[i](1));
+  }
+  const std::vector<std::size_t> at = thinned(lines, count, limit);
+  return {{"x0_m", picked(lines[0], at, 7)},
+          {"y0_m", picked(lines[1], at, 7)},
+          {"measured_x0_m", picked(lines[2], at, 7)},
+          {"measured_y0_m", picked(lines[3], at, 7)}};
+}
+
 std::string page_of(const Findings& findings, const Json& explanation, const std::string& summary,
                     const std::string& title, const std::string& provenance) {
   Json recordings = Json::array();
@@ -179,7 +196,21 @@ std::string report_html(const Findings& findings, const std::string& title, cons
 }
 
 std::string report_html(const Explanation& explanation, const std::string& title, const std::string& provenance) {
-  return page_of(explanation.findings, to_json(explanation), summary(explanation), title, provenance);
+  Json json = to_json(explanation);
+  const std::size_t limit =
+      kPointsInAll / (4 * std::max<std::size_t>(1, explanation.tracks_after.size() + explanation.residuals_after.size()));
+  json["tracks"] = Json::array();
+  for (const FreeTrack& before : explanation.tracks_before)
+    for (const FreeTrack& after : explanation.tracks_after)
+      if (after.recording == before.recording)
+        json["tracks"].push_back({{"recording", before.recording},
+                                  {"before", drawn(before, std::clamp<std::size_t>(limit, 100, kPointsPerLine))},
+                                  {"after", drawn(after, std::clamp<std::size_t>(limit, 100, kPointsPerLine))}});
+  json["residuals_after"] = Json::array();
+  if (!explanation.effects.empty() || !explanation.effects_in.empty())
+    for (const Residual& residual : explanation.residuals_after)
+      json["residuals_after"].push_back(drawn(residual, std::clamp<std::size_t>(limit, 100, kPointsPerLine)));
+  return page_of(explanation.findings, json, summary(explanation), title, provenance);
 }
 
 }  // namespace leeway::gap

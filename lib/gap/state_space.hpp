@@ -66,7 +66,7 @@ struct Noise {
   double tau_s = 0.0;                                 ///< its correlation time
   double least_tau_s = 0.0, longest_tau_s = 1e9;      ///< between which it is estimated
   Vec6 measurement_sd;                                ///< of one point of the grid
-  Vec6 least_measurement_sd = Vec6::Zero();           ///< below which recordings count as free of noise
+  Vec6 least_measurement_sd = Vec6::Zero();           ///< below which it is not estimated
   double wind_share = 0.12;  ///< sd of each component of the wind's error, by the mean wind speed of the stretch
   double wind_tau_s = 0.0;
   /// Of each step's own timing of the actuators, in tenths of the sampling time: where they moved between two samples

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kWidth = 100, kLabel = 12;
 constexpr double kStrong = 3.0;  // nats of evidence below which nothing is said
+constexpr double kSettled = 0.95, kTelling = 0.02;  // probability of the right name, and a gain in it
 
 // Characters, not bytes: UTF-8 continuation bytes do not count.
 std::size_t length(std::string_view text) {
@@ -204,12 +205,21 @@ void add_parameters(Screen& screen, const NullFit& fit) {
 std::string next_step(const Explanation& explanation, const Explained* what) {
   const Findings& findings = explanation.findings;
   if (!findings.conventions.contradicted.empty() || !findings.audit.faults.empty()) return next_step(findings);
+  if (!explanation.next.empty()) {
+    // The shortest that settles it, or else the most telling.
+    const NextManeuver* best = nullptr;
+    for (const NextManeuver& maneuver : explanation.next)
+      if (maneuver.p_right >= kSettled && (best == nullptr || maneuver.duration_s < best->duration_s)) best = &maneuver;
+    if (best == nullptr) best = &explanation.next.front();
+    if (best->p_right > explanation.p_right + kTelling)
+      return fmt::format("record {} ({:.0f} s; mmg-sim {}): probability of the right name {:.2f} -> {:.2f}", best->name,
+                         best->duration_s, best->command, explanation.p_right, best->p_right);
+  }
   if (explanation.verdict == Verdict::no_mismatch) return next_step(findings);
   if (what == nullptr)
     return explanation.verdict == Verdict::mismatch
                ? "report.html shows when and where; what is not in the catalogue has to be thought of"
                : "more recordings: other headings, speeds and maneuvers than these";
-  if (!what->confusable_with.empty()) return "record what would tell: " + what->separating_maneuver;
   return "mmg-sim --ship ship.json runs the simulator with what was missing";
 }
 

@@ -447,7 +447,7 @@ TEST_CASE("effects: several add up", "[effects]") {
   CHECK_THAT(Effects<double>(ship).force(at_heading(0.0))(1), WithinRel(0.7, 1e-12));
   const Ship both =
       with(with(read_ship("vectwin-3m"), "actuator-delay", {{"delay_s", 0.4}}), "actuator-delay", {{"delay_s", 0.5}});
-  CHECK_THAT(Effects<double>(both).rudder_delay_s(), WithinRel(0.9, 1e-12));
+  CHECK_THAT(Effects<double>(both).rudder_response().delay_s, WithinRel(0.9, 1e-12));
 }
 
 TEST_CASE("effects: what is wrong with an entry is said with its place", "[effects]") {

@@ -201,15 +201,18 @@
     return made;
   };
   const axisTitle = (text) => ({display: !!text, text});
-  // Horizontal bars: rows of {label, value, sd, color, tip}.
+  const range = (values) =>
+      values.filter(known).reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
+  // Horizontal bars: rows of {label, value, sd, color, tip}; with {low, high} in place of sd, the bar is that interval.
   const bars = (parent, label, rows, {axis, markValues, min, max, tick} = {}) => {
-    const ends = rows.flatMap((row) => [row.value - (row.sd ?? 0), row.value + (row.sd ?? 0)]).filter(known);
+    const ends =
+        rows.flatMap((row) => [row.low ?? row.value - (row.sd ?? 0), row.high ?? row.value + (row.sd ?? 0)]).filter(known);
     chart(parent, 44 + 26 * rows.length + (axis ? 18 : 0), label, {
       type: 'bar',
       data: {
         labels: rows.map((row) => row.label),
         datasets: [{
-          data: rows.map((row) => row.value),
+          data: rows.map((row) => (known(row.low) ? [row.low, row.high] : row.value)),
           backgroundColor: rows.map((row) => row.color || COLOR.grey),
           maxBarThickness: 18,
           errors: rows.some((row) => known(row.sd)) ? 'x' : undefined,
@@ -318,6 +321,98 @@
                     rows)
                     .node);
 
+    // Parameters against what was believed before.
+    const learnt = rows.filter(({h, p}) => p && known(p.prior95?.[0]) && h.effects.every((e) => explanation.chosen.includes(e)));
+    if (learnt.length > 0) {
+      const share = (p, x) => (x - p.prior95[0]) / (p.prior95[1] - p.prior95[0]);
+      bars(
+          what, 'parameters against what was believed before',
+          learnt.map(({name, p}) => ({
+                       label: name,
+                       low: Math.max(-0.5, share(p, p.ci95[0])),
+                       high: Math.min(1.5, share(p, p.ci95[1])),
+                       value: share(p, p.estimate),
+                       color: COLOR.sway,
+                       tip: `${short(p.estimate)}${printed(p.unit)}, 95 % ${short(p.ci95[0])} to ${short(p.ci95[1])}; ` +
+                           `before ${short(p.prior95[0])} to ${short(p.prior95[1])}`,
+                     })),
+          {
+            axis: '95 % interval, within that of what was believed before (0 to 1)',
+            markValues: [0, 1],
+            min: 0,
+            max: 1,
+          });
+    }
+
+    // What looks alike.
+    const {effects: alike, shares} = detection.imitation;
+    if (alike.length > 1) {
+      const part = section(
+          'What looks alike in these recordings',
+          'How much of what the effect of a row would do another effect can imitate, once the ship\'s own parameters ' +
+              'have done what they can: 0 (white) none, 1 (dark) all of it.');
+      const side = Math.max(10, Math.min(24, 620 / alike.length));
+      chart(part, 190 + side * alike.length, 'imitation of effects by effects', {
+        type: 'scatter',
+        data: {
+          datasets: [{
+            data: shares.flatMap((row, i) => row.map((share, j) => ({x: j, y: i, share}))),
+            pointStyle: 'rect',
+            radius: side * 0.68,
+            hoverRadius: side * 0.68,
+            borderWidth: 0,
+            backgroundColor: shares.flatMap((row) => row.map((share) => clear(COLOR.surge, share))),
+          }]
+        },
+        options: {
+          layout: {padding: {right: 20}},
+          scales: {
+            x: {
+              min: -0.6,
+              max: alike.length - 0.4,
+              position: 'top',
+              title: axisTitle('imitated by'),
+              grid: {display: false},
+              afterBuildTicks: (axis) => { axis.ticks = alike.map((_, i) => ({value: i})); },
+              ticks: {autoSkip: false, minRotation: 60, maxRotation: 60, callback: (v) => alike[v]},
+            },
+            y: {
+              min: -0.6,
+              max: alike.length - 0.4,
+              reverse: true,
+              grid: {display: false},
+              afterBuildTicks: (axis) => { axis.ticks = alike.map((_, i) => ({value: i})); },
+              ticks: {autoSkip: false, callback: (v) => alike[v]},
+            },
+          },
+          plugins: {
+            tooltip: {
+              callbacks: {label: ({raw}) => `${alike[raw.y]} by ${alike[raw.x]}: ${percent(raw.share)}`},
+            },
+          },
+        },
+      });
+    }
+
+    // What would tell.
+    const {next} = explanation;
+    if (next.maneuvers.length > 0) {
+      const menu = section(
+          'What would tell',
+          'Maneuvers simulated under each hypothesis that is still possible, with the noise and the model error of ' +
+              'these recordings: the probability of the right name that is to be expected afterwards. Now it is ' +
+              short(next.p_right_now, 2) + '.');
+      bars(
+          menu, 'expected probability of the right name',
+          next.maneuvers.map((m) => ({
+                               label: `${m.maneuver} (${short(m.duration_s)} s)`,
+                               value: m.p_right,
+                               color: m.p_right >= 0.95 ? COLOR.sway : COLOR.grey,
+                               tip: `${short(m.p_right)}: ${m.command}`,
+                             })),
+          {axis: 'expected probability of the right name', markValues: [next.p_right_now], min: 0, max: 1});
+    }
+
     const fits = section(
         'Fit before and after',
         'Root mean square errors of free runs from recorded states with the recorded inputs. Held out: ' +
@@ -347,6 +442,58 @@
           {label: 'after', value: held.after.recordings[name]?.rmse_position_m, color: COLOR.sway},
         ]),
         {axis: 'position error of held-out runs of 100 s [m]', min: 0});
+
+    // Tracks.
+    const {tracks} = explanation;
+    if (tracks.length > 0) {
+      const pick = element('select');
+      pick.setAttribute('aria-label', 'recording of the tracks');
+      tracks.forEach((track, i) => {
+        const option = element('option', {}, track.recording);
+        option.value = String(i);
+        pick.append(option);
+      });
+      const part = section(
+          'Held-out tracks before and after',
+          'Free runs of 100 s, one after another from recorded states, with the recorded inputs.',
+          tracks.length > 1 ? pick : element('span', {class: 'soft'}, tracks[0].recording));
+      const points = (xs, ys) => xs.map((x, i) => ({x: ys[i] ?? NaN, y: x ?? NaN}));
+      const map = chart(part, 420, 'tracks before and after', {
+        type: 'line',
+        data: {
+          datasets: [
+            {label: 'recorded', borderColor: '#1c2733', borderWidth: 2, data: []},
+            {label: 'before', borderColor: COLOR.yaw, borderWidth: 1.5, data: []},
+            {label: 'after', borderColor: COLOR.sway, borderWidth: 1.5, data: []},
+          ]
+        },
+        options: {
+          parsing: false,
+          normalized: true,
+          scales: {
+            x: {type: 'linear', title: axisTitle('y0 [m], east'), ticks: {callback: (v) => short(v, 5), includeBounds: false}},
+            y: {type: 'linear', title: axisTitle('x0 [m], north'), ticks: {callback: (v) => short(v, 5), includeBounds: false}},
+          },
+          plugins: {tooltip: {enabled: false}, equalScales: {}},
+        },
+      });
+      const draw = (track) => {
+        map.data.datasets[0].data = points(track.before.measured_x0_m, track.before.measured_y0_m);
+        map.data.datasets[1].data = points(track.before.x0_m, track.before.y0_m);
+        map.data.datasets[2].data = points(track.after.x0_m, track.after.y0_m);
+        map.options.plugins.equalScales = {
+          extent: {
+            x: range([...track.before.measured_y0_m, ...track.before.y0_m, ...track.after.y0_m]),
+            y: range([...track.before.measured_x0_m, ...track.before.x0_m, ...track.after.x0_m]),
+          }
+        };
+        map.redone = 0;
+        map.update('none');
+      };
+      pick.addEventListener('change', () => draw(tracks[Number(pick.value)]));
+      draw(tracks[0]);
+      part.append(legend(['#1c2733', 'recorded'], [COLOR.yaw, 'before'], [COLOR.sway, 'after']));
+    }
   }
 
   // When.
@@ -388,6 +535,7 @@
               {label: 'high', borderWidth: 0, backgroundColor: clear(COLOR[axis], 0.2), fill: '+1', data: []},
               {label: 'low', borderWidth: 0, fill: false, data: []},
               {label: axis, borderColor: COLOR[axis], data: []},
+              {label: 'with what was missing', borderColor: '#1c2733', borderWidth: 1, data: []},
             ]
           },
           options: {
@@ -428,8 +576,9 @@
       [clear(COLOR.located, 0.5), 'located interval, on the axis where it shows most'],
       [clear(COLOR.located, 0.2), 'the same interval on the other axes'],
     ];
-    when.append(
-        legend(...(located.intervals.length > 0 ? shades : []), [clear(COLOR.grey, 0.35), 'two standard deviations']));
+    when.append(legend(
+        ...(located.intervals.length > 0 ? shades : []), [clear(COLOR.grey, 0.35), 'two standard deviations'],
+        ...(explanation?.residuals_after.length > 0 ? [['#1c2733', 'with what was missing']] : [])));
 
     // Track and intervals.
     const withTrack = drawn.some((recording) => recording.track);
@@ -527,6 +676,9 @@
         sets[1].data = edge(-1, Math.min);
         sets[2].data = t.map((x, i) => ({x, y: known(value[i]) ? scale * value[i] : NaN}));
         sets[2].borderWidth = current.thinned ? 0.8 : 1.4;
+        const after =
+            explanation?.residuals_after.find((r) => r.recording === current.recording && r.file === current.file)?.lines[a];
+        sets[3].data = after ? after.t_s.map((x, i) => ({x, y: known(after.value[i]) ? scale * after.value[i] : NaN})) : [];
         plot.options.scales.x.min = Math.min(...times);
         plot.options.scales.x.max = Math.max(...times);
         plot.update('none');
@@ -544,8 +696,6 @@
         {data: points.map((p) => (inside(p) ? p : {...p, x: NaN, y: NaN})), borderColor: COLOR.located, borderWidth: 5},
         {data: points, borderColor: COLOR.grey, borderWidth: 1.5},
       ];
-      const range = (values) =>
-          values.filter(known).reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
       track.options.plugins.equalScales = {
         extent: {x: range(points.map((p) => p.x)), y: range(points.map((p) => p.y))}
       };

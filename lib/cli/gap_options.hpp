@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/options.hpp"
+#include "gap/gap_locate.hpp"
+
+namespace leeway::cli {
+
+/// What gap-locate and gap-explain ask alike.
+struct GapOptions {
+  std::string ship, columns;
+  std::vector<std::string> recordings;
+  bool no_correct = false;
+  double false_alarm = 0.01, step_s = 0.0;
+};
+
+void add_gap_options(CLI::App& app, GapOptions& options);
+
+/// As the library takes them, without `progress`.
+gap::GapLocateOptions locate_options(const GapOptions& options, const CommonOptions& common);
+
+/// The CSV files that are meant: themselves, or those that a dataset.json lists.
+std::vector<std::string> recording_files(const std::vector<std::string>& given);
+
+}  // namespace leeway::cli

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "effects/effect.hpp"
+
+namespace leeway {
+
+template <typename T>
+struct ActuatorLag {
+  static constexpr EffectInfo info{
+      .name = "actuator-lag",
+      .number = "E33",
+      .sentence = "The rudders approach their recorded angles only gradually.",
+      .formula = "d(delta_acting)/dt = (delta - delta_acting)/lag; delta_acting = delta at the start",
+      .source =
+          "first-order lag behind the recorded angle; nothing where the angles are measured at the stock. The prior is "
+          "ours",
+      .look_alikes = "actuator-delay, actuator-rate, added-mass (J_z)",
+      .separating_maneuver = "rudder steps, which a lag rounds and a delay only shifts, of two sizes",
+  };
+  static constexpr std::array<EffectParameter, 1> parameters{{
+      {"lag_s", "time constant", 0.0, kNone, 0.0, 1e4, uniform(0.0, 3.0), uniform(0.0, 10.0)},
+  }};
+
+  T lag;
+
+  ActuatorLag(const std::array<T, 1>& value, const Ship&) : lag(value[0]) {}
+
+  void slow(RudderResponse& response) const requires std::same_as<T, double> { response.lag_s += lag; }
+};
+
+}  // namespace leeway

@@ -1,0 +1,83 @@
+#pragma once
+
+#include "gap/detect.hpp"
+#include "gap/hypothesis.hpp"
+
+namespace leeway::gap {
+
+/// A hypothesis with its fit.
+struct Fitted {
+  Hypothesis hypothesis;
+  FittedNull fit;
+  double log_evidence = 0.0;          ///< absolute [nats]
+  std::vector<double> fold_evidence;  ///< ln p(what was left out | the rest), by fold
+  double kappa = 1.0;                 ///< by which correlation between blocks widens variances
+  double gain = 0.0, gain_sd = 0.0;   ///< over nothing missing, on what was left out [nats]
+};
+
+struct ComparisonOptions {
+  double false_alarm = 0.01;
+  std::size_t jobs = 1;
+};
+
+/// Hypotheses about one campaign, all fitted to the same data. The first is that nothing is missing.
+class Comparison {
+ public:
+  Comparison(Campaign& campaign, const FittedNull& null, const ComparisonOptions& options);
+
+  const Fitted& none() const { return all_.front(); }
+  const std::vector<Fitted>& all() const { return all_; }
+  const Blocks& blocks() const { return blocks_; }  ///< where each begins; their evidence is that of the null fit
+  const std::vector<std::vector<std::size_t>>& folds() const { return folds_; }
+
+  /// An effect that one linear step from a fit promises something of, and where fits with it may start.
+  struct Promise {
+    std::string effect;
+    std::vector<Start> starts;
+  };
+  /// The most promising effects of the catalogue beside those of `from`. A screen about the fit without them would miss
+  /// those that the parameters imitate, and so have left.
+  ///   unexcited  takes the names of those that change nothing
+  std::vector<Promise> promises(std::size_t from, std::size_t count, std::vector<std::string>* unexcited = nullptr);
+  /// Starts of `from` with one effect more, also with one that differs between recordings where it can; none where the
+  /// ship lacks what it needs.
+  std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice);
+
+  /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted.
+  std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts);
+
+  /// Sum over the folds of what `better` predicts better, and its standard error [nats].
+  std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
+  /// ln of the posterior odds against nothing missing. Correlation between blocks takes from all evidence what it takes
+  /// from that of the likeliest.
+  double log_odds(std::size_t i) const;
+  std::vector<double> probabilities() const;
+  /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
+  /// is more than nothing.
+  ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough
+  bool holds(std::size_t better, std::size_t than, double p_value) const;
+
+ private:
+  bool is_significant(const Fitted& fitted) const;
+
+  Campaign& campaign_;
+  const ComparisonOptions options_;
+  FitOptions fit_options_;
+  Blocks blocks_;
+  std::vector<Fitted> all_;
+  std::vector<std::vector<std::size_t>> folds_;
+};
+
+/// The evidence of all blocks but those of a fold.
+Evidence without(const Evidence& total, const Blocks& blocks, const std::vector<std::size_t>& fold);
+/// The best theta near a fit's for other evidence.
+Eigen::VectorXd refitted(const FittedNull& fit, const Evidence& evidence);
+
+/// Runs of the coordinates of a hypothesis that belong to one effect, which may differ between recordings.
+struct EffectSpan {
+  std::size_t effect = 0, effects = 1;  ///< first, and how many, of Hypothesis::effects
+  Eigen::Index first = 0, count = 0;    ///< coordinates
+};
+std::vector<EffectSpan> spans_of(const Hypothesis& hypothesis);
+
+}  // namespace leeway::gap
