@@ -413,10 +413,11 @@ TEST_CASE("actuator delay: the rudder acts later, in a maneuver and in the repla
   CHECK(largest_difference(again, recording, Channel::delta_s) < 1e-12);
 
   // The rudder's angle of 1.25 s ago acts; before the start the first one.
-  const StepInputs<double> step = inputs.step(30.0, 0.1, 1.25);
+  const RecordedInputs late_inputs = inputs.through({.delay_s = 1.25});
+  const StepInputs<double> step = late_inputs.step(30.0, 0.1);
   CHECK_THAT(step.start.actuators[Channel::delta_p], WithinAbs(inputs.at(28.75).actuators[Channel::delta_p], 1e-12));
   CHECK_THAT(step.end.actuators[Channel::n_bt], WithinAbs(inputs.at(30.1).actuators[Channel::n_bt], 1e-12));
-  CHECK(inputs.step(0.5, 0.1, 1.25).start.actuators[Channel::delta_p] == recording[Channel::delta_p][0]);
+  CHECK(late_inputs.step(0.5, 0.1).start.actuators[Channel::delta_p] == recording[Channel::delta_p][0]);
 }
 
 TEST_CASE("tug, body force, earth force: frame, point of action and time", "[effects]") {
