@@ -70,7 +70,9 @@ TEST_CASE("hypothesis: coordinates stand for parameters in the units of their pr
   CHECK_FALSE(stall.neutral());
 
   // Bound to a place, which is given: the strengths are free. No column of the screen stands for them.
-  const gap::FreeEffect bank("bank", ship, {0.0, {{"wall_distance_m", 4.0}, {"wall_direction_deg", 90.0}}, {}});
+  gap::FreeEffect::Choice quay;
+  quay.fixed = {{"wall_distance_m", 4.0}, {"wall_direction_deg", 90.0}};
+  const gap::FreeEffect bank("bank", ship, quay);
   CHECK(bank.size() == 2);
   CHECK_FALSE(bank.has_bare_direction());
   CHECK(bank.values(at({0.0, 1.0}))[0] == 4.0);
