@@ -10,13 +10,12 @@ struct Anemometer {
   static constexpr EffectInfo info{
       .name = "anemometer",
       .number = "E9",
-      .sentence = "The anemometer on board reads too much or too little, or is turned; the recorded wind is not there.",
+      .sentence =
+          "The anemometer on board reads too much or too little, or is turned: another wind blew than is recorded.",
       .formula =
           "apparent wind as measured w_m = R(psi)' w_T,recorded + (u, v_m), over ground; w_A = Rot(-anemometer_angle) "
-          "w_m "
-          "/ "
-          "anemometer_scale; the model gets w_T = R(psi) (w_A - (u, v_m)); vectors pointing to where the wind comes "
-          "from. Nothing where no wind is recorded",
+          "w_m / anemometer_scale; the model gets w_T = R(psi) (w_A - (u, v_m)); vectors pointing to where the wind "
+          "comes from. Nothing where no wind is recorded",
       .source =
           "geometry of a true wind that was made from a faulty apparent wind; size: Moat et al. (2004) for ships' "
           "bridges",

@@ -14,8 +14,8 @@ struct PropellerWalk {
           "Y = c_Y rho D_P^4 n |n|, N = c_N rho D_P^4 L n |n|; for n < 0 both times astern_gain, for a propeller that "
           "reverses. Right-handed: c_Y > 0, c_N < 0, the stern goes to starboard ahead and to port astern",
       .source =
-          "form ours; size: the reversed propeller of the Esso Osaka model (esso-osaka-3m) has c_Y of 0.02 to 0.1 for "
-          "n < 0 and c_N of -0.4 c_Y. It adds to what the propeller module has",
+          "form and astern_gain ours; size: the reversed propeller of the Esso Osaka model (esso-osaka-3m) has 0.02 to "
+          "0.12 for c_Y at n < 0 and -0.4 of that for c_N. It adds to what the propeller module has",
       .look_alikes = "body-force, rudder-offset",
       .separating_maneuver = "pairs of runs with the propeller ahead and astern",
   };

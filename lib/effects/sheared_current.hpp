@@ -17,8 +17,7 @@ struct ShearedCurrent {
           "e_y' R(psi)' G R(psi) e_x for r",
       .source =
           "kinematics: exact; the flow's gradient as a yaw rate: Thomasson & Woolsey (2013), IEEE J. Oceanic "
-          "Engineering 38, "
-          "here along the hull alone, and without the gradient's part in the added-mass terms (ours)",
+          "Engineering 38, here along the hull alone and without the gradient's part in the added-mass terms (ours)",
       .look_alikes = "bank, steady-current where few places were visited",
       .separating_maneuver = "crossing the shear twice, in both directions",
   };

@@ -1,5 +1,6 @@
 #include "gap/effect_library.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -24,7 +25,8 @@ double nominal(const EffectParameter& parameter, const Prior& prior) {
   return prior.median;
 }
 
-// The parameter values of an effect's variants: each strength for itself, in each direction.
+// The parameter values of an effect's variants: each strength for itself, in each direction. Where one of the strengths
+// is the length of a vector (a current), the direction is that vector's and of no concern to the others (gradients).
 std::vector<std::vector<double>> variants_of(std::span<const EffectParameter> parameters, bool is_full_scale) {
   const auto prior = [&](const EffectParameter& p) { return is_full_scale ? p.at_150m : p.at_3m; };
   std::vector<std::size_t> strengths;
@@ -38,14 +40,17 @@ std::vector<std::vector<double>> variants_of(std::span<const EffectParameter> pa
     else if (std::isfinite(p.off) || (std::isnan(p.off) && std::isnan(p.otherwise)))
       strengths.push_back(i);
   }
+  const auto is_vector = [&](std::size_t i) { return prior(parameters[i]).kind == Prior::Kind::rayleigh; };
+  const bool has_vector = std::any_of(strengths.begin(), strengths.end(), is_vector);
   std::vector<std::vector<double>> variants;
   for (const std::size_t i : strengths) {
     std::vector<double> values = base;
     values[i] = nominal(parameters[i], prior(parameters[i]));
+    const bool turns = direction && (is_vector(i) || !has_vector);
     for (const double angle_deg : {0.0, 90.0, 180.0, 270.0}) {
-      if (direction) values[*direction] = angle_deg;
+      if (turns) values[*direction] = angle_deg;
       variants.push_back(values);
-      if (!direction) break;
+      if (!turns) break;
     }
   }
   return variants;
@@ -92,7 +97,8 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
 }
 
 bool EffectLibrary::holds(std::string_view effect) {
-  return effect != "tug" && effect != "varying-current" && effect != "model-error" && effect != "unknown";
+  return effect != "tug" && effect != "varying-current" && effect != "bank" && effect != "mooring" &&
+         effect != "fender" && effect != "model-error" && effect != "unknown";
 }
 
 MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std::size_t> entries) const {

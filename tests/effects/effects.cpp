@@ -9,55 +9,25 @@
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/replay.hpp"
 #include "effects/catalogue.hpp"
+#include "effects/effect_runs.hpp"
 #include "temporary_folder.hpp"
 
 using namespace leeway;
+using namespace leeway::test;
 using Catch::Matchers::Contains;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 
 namespace {
 
-using Parameters = std::vector<std::pair<std::string, std::optional<double>>>;
-
-Ship with(Ship ship, const std::string& type, const Parameters& parameters) {
-  ship.effects.push_back({type, parameters, "ship.json", "/effects/0"});
-  return ship;
-}
-
-// A zigzag and then the rudders and the thruster moving, so that every module works.
-Trajectory run(const Ship& ship, double duration_s = 60.0, double dt_s = 0.1) {
-  SimulatedShip simulated(ship, 0.4 * ship.u0_mps);  // where the thrusters still work
-  Trajectory trajectory;
-  const Vec2<double> wind = wind_from_vector(0.8, 1.1);
-  const auto steps = static_cast<int>(std::lround(duration_s / dt_s));
-  for (int k = 0; k <= steps; ++k) {
-    append_sample(trajectory, ship, k * dt_s, simulated.state, {simulated.actuators, wind, k * dt_s});
-    Actuators<double> command = ship.initial_actuators();
-    for (const Actuator& actuator : ship.actuators) {
-      if (actuator.is_rudder()) command[actuator.channel] = 0.4 * std::sin(0.2 * k * dt_s) + 0.1;
-      if (actuator.channel == Channel::n_bt) command[actuator.channel] = 15.0 * std::cos(0.1 * k * dt_s);
-    }
-    simulated.step(command, wind, dt_s);
-  }
-  return trajectory;
-}
-
-void check_same_bits(const Trajectory& a, const Trajectory& b) {
-  for (const Channel channel : {Channel::u, Channel::vm, Channel::r, Channel::x0, Channel::y0, Channel::psi})
-    CHECK(a[channel] == b[channel]);
-}
-
-double largest_difference(const Trajectory& a, const Trajectory& b, Channel channel) {
-  double largest = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[channel][i] - b[channel][i]));
-  return largest;
-}
-
 // Values of strength: each parameter at its prior's median or, where that is neutral, one sd away.
 double plausible(const EffectParameter& p) {
   if (p.name == "t_start_s") return 10.0;
   if (p.name == "t_end_s") return 40.0;
+  if (p.name == "rate_degps") return 2.0;
+  if (p.name == "stall_angle_deg") return 15.0;
+  if (p.name == "wall_distance_m") return 2.0;
+  if (p.name == "wall_direction_deg") return 30.0;
   const double value = p.at_3m.median;
   if (value != p.off) return value;
   return p.at_3m.kind == Prior::Kind::log_normal ? value * std::exp(p.at_3m.sd) : value + p.at_3m.sd;
@@ -76,38 +46,6 @@ bool is_applicable(const Ship& ship, const EffectDescription& effect) {
   }
 }
 
-Situation<double> at_heading(double psi_deg) {
-  Situation<double> at;
-  at.t_s = 5.0;
-  at.eta = {12.0, -7.0, psi_deg * kDegree};
-  at.cos_psi = std::cos(at.eta(2));
-  at.sin_psi = std::sin(at.eta(2));
-  at.nu_ground = at.nu_water = {0.4, 0.05, 0.02};
-  return at;
-}
-
-// What one effect's force is at a heading.
-Vec3<double> force_of(const std::string& type, const Parameters& parameters, double psi_deg) {
-  return Effects<double>(with(read_ship("vectwin-3m"), type, parameters)).force(at_heading(psi_deg));
-}
-
-// (du/dt, dv_m/dt, dr/dt) over ground with an effect, by a short step from a common state.
-Vec3<double> acceleration(const Ship& ship, const Vec3<double>& nu, const Actuators<double>& actuators,
-                          const Vec2<double>& true_wind = Vec2<double>::Zero()) {
-  const Model<double> model(ship);
-  const ShipState<double> start{Vec3<double>::Zero(), nu};
-  const Inputs<double> inputs{actuators, true_wind, 0.0};
-  const double h = 1e-5;
-  return (integrate(model, start, {inputs, inputs, inputs}, h).nu - nu) / h;
-}
-
-Actuators<double> esso_actuators(double delta_deg, double n_p) {
-  Actuators<double> a;
-  a[Channel::delta] = delta_deg * kDegree;
-  a[Channel::n_p] = n_p;
-  return a;
-}
-
 }  // namespace
 
 TEST_CASE("effects: at zero strength every effect changes nothing, to the last bit", "[effects]") {
@@ -120,7 +58,7 @@ TEST_CASE("effects: at zero strength every effect changes nothing, to the last b
       for (const EffectParameter& p : effect.parameters) {
         if (!std::isnan(p.off))
           off.emplace_back(p.name, p.off);
-        else if (effect.parameters.size() == 1)
+        else if (is_switch(effect, p))
           off.emplace_back(p.name, std::nullopt);
         else
           off.emplace_back(p.name, plausible(p));
@@ -150,7 +88,7 @@ TEST_CASE("effects: at a plausible strength every effect changes the motion, and
 }
 
 TEST_CASE("effects: derivatives by the parameters agree with central differences", "[effects]") {
-  using Jet = ceres::Jet<double, 6>;
+  using Jet = ceres::Jet<double, 1>;
   const Ship ship = read_ship("vectwin-3m");
   Actuators<double> actuators;
   actuators[Channel::delta_p] = -0.3;
@@ -160,7 +98,9 @@ TEST_CASE("effects: derivatives by the parameters agree with central differences
   const Vec3<double> nu(0.41, 0.06, 0.03), eta(3.0, 4.0, 0.7);
   for (std::size_t type = 0; type < effect_catalogue().size(); ++type) {
     const EffectDescription& effect = effect_catalogue()[type];
-    if (effect.info.name == "actuator-delay") continue;  // it acts through the history of the inputs
+    if (std::string_view name = effect.info.name;  // they act through the history of the inputs
+        name == "actuator-delay" || name == "actuator-rate" || name == "actuator-lag")
+      continue;
     std::vector<double> values;
     for (const EffectParameter& p : effect.parameters) values.push_back(plausible(p));
     const auto rate = [&]<typename T>(const std::vector<T>& parameters) {
@@ -173,12 +113,12 @@ TEST_CASE("effects: derivatives by the parameters agree with central differences
       result << change.eta, change.nu;
       return result;
     };
-    std::vector<Jet> jets(values.begin(), values.end());
-    for (std::size_t i = 0; i < jets.size(); ++i) jets[i].v(static_cast<Eigen::Index>(i)) = 1.0;
-    const auto derivative = rate(jets);
     for (std::size_t i = 0; i < values.size(); ++i) {
       const std::string_view name = effect.parameters[i].name;
       if (name == "seed" || name == "t_start_s" || name == "t_end_s") continue;
+      std::vector<Jet> jets(values.begin(), values.end());
+      jets[i].v(0) = 1.0;
+      const auto derivative = rate(jets);
       const double h = 1e-6 * std::max(1.0, std::abs(values[i]));
       std::vector<double> more = values, less = values;
       more[i] += h;
@@ -186,8 +126,7 @@ TEST_CASE("effects: derivatives by the parameters agree with central differences
       const Eigen::Matrix<double, 6, 1> difference = (rate(more) - rate(less)) / (2.0 * h);
       for (Eigen::Index k = 0; k < 6; ++k) {
         CAPTURE(effect.info.name, name, k);
-        CHECK_THAT(derivative(k).v(static_cast<Eigen::Index>(i)),
-                   WithinAbs(difference(k), 1e-7 * (1.0 + std::abs(difference(k)))));
+        CHECK_THAT(derivative(k).v(0), WithinAbs(difference(k), 1e-7 * (1.0 + std::abs(difference(k)))));
       }
     }
   }

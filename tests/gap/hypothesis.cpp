@@ -4,6 +4,7 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "gap/effect_library.hpp"
 #include "gap/null_fit.hpp"
 #include "gap/perturbed_ship.hpp"
 #include "gap/screen.hpp"
@@ -50,6 +51,35 @@ TEST_CASE("hypothesis: coordinates stand for parameters in the units of their pr
   CHECK(waves.has_bare_direction());
   CHECK(waves.values(at({0.0, 0.0}))[1] == Approx(350.0));
   CHECK(waves.values(at({0.0, 0.2}))[1] == Approx(350.0 + 0.2 * 143.6195 - 360.0));
+
+  CHECK(gap::FreeEffect("propeller-walk", ship).size() == 2);
+
+  // Four gradients and the velocity at the origin as a vector: nothing at z = 0.
+  const gap::FreeEffect shear("sheared-current", ship);
+  REQUIRE(shear.size() == 6);
+  CHECK(shear.neutral() == Eigen::VectorXd(Eigen::VectorXd::Zero(6)));
+  CHECK(shear.values(at({0.0, 2.0, 0.0, 0.0, 0.0, -1.0}))[1] == Approx(0.01));
+  CHECK(shear.values(at({0.0, 2.0, 0.0, 0.0, 0.0, -1.0}))[4] == Approx(0.04));
+  CHECK(shear.values(at({0.0, 2.0, 0.0, 0.0, 0.0, -1.0}))[5] == Approx(270.0));
+
+  // A reading that is right is neutral, a rudder that does not stall has no finite angle.
+  const gap::FreeEffect anemometer("anemometer", ship);
+  REQUIRE(anemometer.neutral());
+  CHECK(anemometer.values(*anemometer.neutral()) == std::vector<double>{1.0, 0.0});
+  const gap::FreeEffect stall("rudder-stall", ship);
+  CHECK(stall.size() == 1);
+  CHECK_FALSE(stall.neutral());
+
+  // Bound to a place, which is given: the strengths are free. No column of the screen stands for them.
+  gap::FreeEffect::Choice quay;
+  quay.fixed = {{"wall_distance_m", 4.0}, {"wall_direction_deg", 90.0}};
+  const gap::FreeEffect bank("bank", ship, quay);
+  CHECK(bank.size() == 2);
+  CHECK_FALSE(bank.has_bare_direction());
+  CHECK(bank.values(at({0.0, 1.0}))[0] == 4.0);
+  CHECK(bank.values(at({0.0, 1.0}))[3] == Approx(0.01 * std::exp(0.8)));
+  for (const char* name : {"bank", "fender", "mooring", "tug"}) CHECK_FALSE(gap::EffectLibrary::holds(name));
+  for (const char* name : {"sheared-current", "anemometer", "rudder-stall"}) CHECK(gap::EffectLibrary::holds(name));
 
   // At full scale the priors are others.
   CHECK(gap::FreeEffect("steady-current", read_ship("vectwin-150m")).values(at({1.0, 0.0}))[0] == Approx(0.3));

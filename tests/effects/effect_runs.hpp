@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include "core/units.hpp"
+#include "dynamics/simulation.hpp"
+
+namespace leeway::test {
+
+using Parameters = std::vector<std::pair<std::string, std::optional<double>>>;
+
+inline Ship with(Ship ship, const std::string& type, const Parameters& parameters) {
+  ship.effects.push_back({type, parameters, "ship.json", "/effects/0"});
+  return ship;
+}
+
+/// A zigzag and then the rudders and the thruster moving, so that every module works.
+inline Trajectory run(const Ship& ship, double duration_s = 60.0, double dt_s = 0.1) {
+  SimulatedShip simulated(ship, 0.4 * ship.u0_mps);  // where the thrusters still work
+  Trajectory trajectory;
+  const Vec2<double> wind = wind_from_vector(0.8, 1.1);
+  const auto steps = static_cast<int>(std::lround(duration_s / dt_s));
+  for (int k = 0; k <= steps; ++k) {
+    append_sample(trajectory, ship, k * dt_s, simulated.state, {simulated.actuators, wind, k * dt_s});
+    Actuators<double> command = ship.initial_actuators();
+    for (const Actuator& actuator : ship.actuators) {
+      if (actuator.is_rudder()) command[actuator.channel] = 0.4 * std::sin(0.2 * k * dt_s) + 0.1;
+      if (actuator.channel == Channel::delta_p) command[actuator.channel] -= 0.3;  // rudders not parallel
+      if (actuator.channel == Channel::n_bt) command[actuator.channel] = 15.0 * std::cos(0.1 * k * dt_s);
+    }
+    simulated.step(command, wind, dt_s);
+  }
+  return trajectory;
+}
+
+inline void check_same_bits(const Trajectory& a, const Trajectory& b) {
+  for (const Channel channel : {Channel::u, Channel::vm, Channel::r, Channel::x0, Channel::y0, Channel::psi})
+    CHECK(a[channel] == b[channel]);
+}
+
+inline double largest_difference(const Trajectory& a, const Trajectory& b, Channel channel) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[channel][i] - b[channel][i]));
+  return largest;
+}
+
+inline Situation<double> at_heading(double psi_deg) {
+  Situation<double> at;
+  at.t_s = 5.0;
+  at.eta = {12.0, -7.0, psi_deg * kDegree};
+  at.cos_psi = std::cos(at.eta(2));
+  at.sin_psi = std::sin(at.eta(2));
+  at.nu_ground = at.nu_water = {0.4, 0.05, 0.02};
+  return at;
+}
+
+/// What one effect's force is at a heading.
+inline Vec3<double> force_of(const std::string& type, const Parameters& parameters, double psi_deg) {
+  return Effects<double>(with(read_ship("vectwin-3m"), type, parameters)).force(at_heading(psi_deg));
+}
+
+/// (du/dt, dv_m/dt, dr/dt) over ground with an effect, by a short step from a common state.
+inline Vec3<double> acceleration(const Ship& ship, const Vec3<double>& nu, const Actuators<double>& actuators,
+                                 const Vec2<double>& true_wind = Vec2<double>::Zero()) {
+  const Model<double> model(ship);
+  const ShipState<double> start{Vec3<double>::Zero(), nu};
+  const Inputs<double> inputs{actuators, true_wind, 0.0};
+  const double h = 1e-5;
+  return (integrate(model, start, {inputs, inputs, inputs}, h).nu - nu) / h;
+}
+
+inline Actuators<double> esso_actuators(double delta_deg, double n_p) {
+  Actuators<double> a;
+  a[Channel::delta] = delta_deg * kDegree;
+  a[Channel::n_p] = n_p;
+  return a;
+}
+
+}  // namespace leeway::test
