@@ -48,6 +48,13 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
 std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptions& options) {
   std::signal(SIGPIPE, SIG_IGN);  // a broken pipe is an error of write(), reported as BrokenPipe
   const std::string program = app.get_name();
+#ifdef __AVX2__
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
+    fmt::print(stderr, "{}: error: built for processors with AVX2 and FMA; build with -DLEEWAY_MARCH= on this one\n",
+               program);
+    return kComputationFailed;
+  }
+#endif
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {

@@ -25,32 +25,33 @@ double nominal(const EffectParameter& parameter, const Prior& prior) {
   return prior.median;
 }
 
-// The parameter values of an effect's variants: each strength for itself, in each direction. Where one of the strengths
-// is the length of a vector (a current), the direction is that vector's and of no concern to the others (gradients).
+// The parameter values of an effect's variants: each strength for itself, in each direction. A vector whose
+// direction has a default (the current in a shear) keeps its default: it is an effect of its own.
 std::vector<std::vector<double>> variants_of(std::span<const EffectParameter> parameters, bool is_full_scale) {
   const auto prior = [&](const EffectParameter& p) { return is_full_scale ? p.at_150m : p.at_3m; };
   std::vector<std::size_t> strengths;
   std::optional<std::size_t> direction;
   std::vector<double> base;
+  const bool keeps_vector = std::any_of(parameters.begin(), parameters.end(), [&](const EffectParameter& p) {
+    return is_direction(prior(p)) && !std::isnan(p.otherwise);
+  });
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const EffectParameter& p = parameters[i];
     base.push_back(std::isfinite(p.otherwise) ? p.otherwise : std::isfinite(p.off) ? p.off : prior(p).median);
+    if (keeps_vector && (is_direction(prior(p)) || prior(p).kind == Prior::Kind::rayleigh)) continue;
     if (is_direction(prior(p)))
       direction = i;
     else if (std::isfinite(p.off) || (std::isnan(p.off) && std::isnan(p.otherwise)))
       strengths.push_back(i);
   }
-  const auto is_vector = [&](std::size_t i) { return prior(parameters[i]).kind == Prior::Kind::rayleigh; };
-  const bool has_vector = std::any_of(strengths.begin(), strengths.end(), is_vector);
   std::vector<std::vector<double>> variants;
   for (const std::size_t i : strengths) {
     std::vector<double> values = base;
     values[i] = nominal(parameters[i], prior(parameters[i]));
-    const bool turns = direction && (is_vector(i) || !has_vector);
     for (const double angle_deg : {0.0, 90.0, 180.0, 270.0}) {
-      if (turns) values[*direction] = angle_deg;
+      if (direction) values[*direction] = angle_deg;
       variants.push_back(values);
-      if (!turns) break;
+      if (!direction) break;
     }
   }
   return variants;
