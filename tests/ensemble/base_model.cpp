@@ -238,13 +238,13 @@ TEST_CASE("base model: networks learn what it lacks", "[ensemble][base]") {
   config.hidden_layers = 1;
   config.hidden_units = 16;
   config.batch_size = 4;
-  config.epochs = 150;
+  config.epochs = 200;
   config.learning_rate = 3e-3;
   config.schedule = RateSchedule::cosine;
   config.gradient_clip_norm = 1000.0;
   config.members = 1;
   std::vector<Trajectory> training;
-  for (const std::uint64_t seed : {1, 2, 3, 4}) training.push_back(test::simulated_recording(truth, seed, 300, 0.01));
+  for (const std::uint64_t seed : {1, 2, 3, 4}) training.push_back(test::simulated_recording(truth, seed, 300, 0.002));
   TrainingData data = prepare_training_data(training, config, base_of(ship));
   TrainingState state = initial_training_state(data, 1, 0, nn::kernels());
   train(data, 1, nn::kernels(), state, [](const TrainingState&) {});
