@@ -85,8 +85,10 @@ void warn_of_constants(const Trajectory& recording, const ensemble::ModelInputs&
   for (const auto& [channel, value] : inputs.constants)
     for (const double x : recording[channel])
       if (std::abs(x - value) > 1e-6 * std::max(1.0, std::abs(value))) {
-        spdlog::warn("{}: '{}' was constant in the training data and differs here: the model does not know its effect",
-                     recording.file, column_name(channel));
+        const bool in_base = std::count(inputs.base_actuators.begin(), inputs.base_actuators.end(), channel) > 0;
+        spdlog::warn("{}: '{}' was constant in the training data and differs here: {}", recording.file,
+                     column_name(channel),
+                     in_base ? "only the base ship knows its effect" : "the model does not know its effect");
         break;
       }
 }
@@ -114,7 +116,7 @@ int main(int argc, char** argv) try {
   const ensemble::TrainingConfig config = model ? model->header().config : ensemble::TrainingConfig{};
   const double dt_s = model ? config.time_step_s : o.time_step_s;
   const int K = o.steps > 0 ? o.steps : config.steps;
-  const std::vector<Channel> actuators = model ? model->header().inputs.actuators : std::vector<Channel>{};
+  const std::vector<Channel> actuators = model ? model->header().inputs.sampled_actuators() : std::vector<Channel>{};
   const bool wind = model && model->header().inputs.wind;
   const ensemble::PredictionOptions options{
       o.particles, o.sampling == "ts1" ? ensemble::Sampling::ts1 : ensemble::Sampling::ts_infinity,
@@ -136,6 +138,7 @@ int main(int argc, char** argv) try {
   double left_out_s = 0.0, total_s = 0.0;
   for (const Trajectory& recording : recordings) {
     if (model) warn_of_constants(recording, model->header().inputs);
+    if (model && model->base() != nullptr) model->base()->check(recording);
     const std::vector<Samples> stretches = resample(recording, actuators, wind, dt_s, config.resampling);
     const std::vector<ensemble::SequenceTask> tasks = ensemble::sequences_of(stretches, K, o.fitted);
     const double predicted_s = static_cast<double>(tasks.size()) * K * dt_s;

@@ -21,7 +21,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> recordings;
-  std::string config = "model-scale", output, columns, kernel = "auto";
+  std::string config = "model-scale", output, columns, base, kernel = "auto";
   int members = 0, member = -1, epochs = 0;
   bool resume = false, no_initial_state_net = false;
   double checkpoint_s = 30.0;
@@ -42,6 +42,11 @@ void add_options(CLI::App& app, Options& o) {
       ->check(cli::not_negative());
   app.add_flag("--resume", o.resume, "keep finished members and go on from checkpoints");
   app.add_flag("--no-initial-state-net", o.no_initial_state_net, "start each window from the observed state");
+  app.add_option(
+      "--base", o.base,
+      fmt::format("ship whose equations of motion the networks add to, instead of learning the whole: a JSON "
+                  "file or a shipped name ({})",
+                  fmt::join(io::config_names("ships"), ", ")));
   app.add_option("--columns", o.columns, "columns map for foreign recordings: a JSON file or a shipped name");
   app.add_option("--checkpoint-s", o.checkpoint_s, "seconds between checkpoints; 0: after every epoch")
       ->check(cli::not_negative())
@@ -49,6 +54,10 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable; members are bit-identical on one kernel")
       ->capture_default_str();
   cli::add_common_options(app, o.common);
+}
+
+std::string name_of(const std::optional<ensemble::BaseRecord>& base) {
+  return base ? fmt::format("'{}' ({})", base->name, base->sha256.substr(0, 8)) : "none";
 }
 
 // The folder's ensemble.json: new, or the one that this run belongs to.
@@ -60,10 +69,14 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
     files.push_back({r.file, cli::input_sha256(r.file), r.size()});
     paths.push_back(r.file);
   }
+  if (data.base) paths.push_back(data.base->ship().file);
   ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));
   io::make_directories(o.output);
   const auto existing = ensemble::read_header(o.output, true);
   const bool continues = o.resume || o.member >= 0;
+  if (existing && continues && existing->base != header.base)
+    throw UsageError(fmt::format("{} holds an ensemble of another base: {}, not {}", o.output, name_of(existing->base),
+                                 name_of(header.base)));
   if (existing && continues && existing->training_id != header.training_id)
     throw UsageError(
         fmt::format("{} holds an ensemble of other data, settings or seed; choose another folder, or train "
@@ -72,7 +85,8 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
   if (existing && !continues) ensemble::remove_members(o.output);
   if (!existing || !continues || existing->config.members != header.config.members)
     ensemble::write_header(o.output, header,
-                           cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s"}));
+                           cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s"}),
+                           data.base.get());
   return header;
 }
 
@@ -95,6 +109,7 @@ int main(int argc, char** argv) try {
     throw UsageError(fmt::format("--member {}: expected 0 to {}, one of the {} members", o.member, config.members - 1,
                                  config.members));
   const nn::Kernels<float>& kernels = nn::kernels(o.kernel);
+  const auto base = o.base.empty() ? nullptr : ensemble::BaseModel::read(o.base);
 
   std::vector<std::string> paths;
   for (const std::string& argument : o.recordings) {
@@ -108,7 +123,7 @@ int main(int argc, char** argv) try {
                    argument);
   }
   const std::vector<Trajectory> recordings = cli::read_recordings(paths, o.columns, o.common.jobs);
-  const ensemble::TrainingData data = ensemble::prepare_training_data(recordings, config);
+  const ensemble::TrainingData data = ensemble::prepare_training_data(recordings, config, base);
   cli::warn_all(data.notices);
   const ensemble::EnsembleHeader header = open_folder(o, app, data, recordings);
 

@@ -94,7 +94,7 @@ void run_true_ship(const Ship& ship, const HeadingTask& task, std::size_t lane, 
 void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTask& task, std::size_t count, long steps,
                 Lanes& lanes) {
   ensemble::EnsembleEvaluator evaluator(ensemble);
-  const std::vector<Channel>& channels = ensemble.header().inputs.actuators;
+  const std::vector<Channel> channels = ensemble.header().inputs.sampled_actuators();
   const auto n = static_cast<Eigen::Index>(count);
   Eigen::Matrix3Xd eta = Eigen::Matrix3Xd::Zero(3, n), nu = Eigen::Matrix3Xd::Zero(3, n);
   nu.row(0).setConstant(task.u0_mps);
@@ -109,7 +109,8 @@ void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTas
         held(static_cast<Eigen::Index>(c), i) = inputs.middle.actuators[channels[c]];
     }
     if (k == steps) break;
-    evaluator.step(member, Integrator::rk4, task.dt_s, held, Vec2<double>::Zero(), eta, nu);
+    evaluator.step(member, Integrator::rk4, task.dt_s, held, Vec2<double>::Zero(), eta, nu,
+                   grid_time(static_cast<std::size_t>(k), task.dt_s));
     if (!nu.allFinite() || !eta.allFinite())
       throw NumericalError(
           fmt::format("member {}: a run is no finite number at t = {} s", member, grid_time(k + 1, task.dt_s)));
@@ -121,7 +122,7 @@ void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTas
 std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& ensemble,
                                   const std::vector<PdGains>& gains, const HeadingTask& task, int particles,
                                   std::uint64_t seed, std::size_t jobs, bool keep_runs) {
-  for (const Channel channel : ensemble.header().inputs.actuators)
+  for (const Channel channel : ensemble.header().inputs.sampled_actuators())
     if (ship.find_actuator(channel) == nullptr)
       throw UsageError(
           fmt::format("the ensemble needs '{}', which the ship {} does not have", column_name(channel), ship.name));

@@ -86,6 +86,45 @@ void WindowBatch<S>::assign(const TrainingData& data, const std::size_t* windows
   batch_.initial_state_inputs = initial_state_.data();
   batch_.initial_state_mask = mask_.data();
   batch_.count = points;
+  assign_base(data, windows, count, K);
+}
+
+template <typename S>
+void WindowBatch<S>::assign_base(const TrainingData& data, const std::size_t* windows, std::size_t count,
+                                 std::size_t points) {
+  base_ = data.base.get();
+  batch_.base = {};
+  if (base_ == nullptr) return;
+  dt_s_ = data.config.time_step_s;
+  batch_.base = {this, &base_rates};
+  const std::vector<Channel> channels = data.inputs.sampled_actuators();
+  base_inputs_.assign(points * count, std::nullopt);
+  for (std::size_t b = 0; b < count; ++b) {
+    const Window& window = data.windows[windows[b]];
+    for (Eigen::Index k = 0; k + 1 < window.range.size; ++k)
+      base_inputs_[static_cast<std::size_t>(k) * count + b] =
+          base_->inputs(data.stretches[window.stretch], channels, window.range.begin + k);
+  }
+}
+
+template <typename S>
+void WindowBatch<S>::base_rates(const void* batch, int step, const S* nu, const S* psi, S* rates, S* derivatives) {
+  const WindowBatch& self = *static_cast<const WindowBatch*>(batch);
+  const auto windows = static_cast<std::size_t>(self.batch_.windows);
+  for (std::size_t b = 0; b < windows; ++b) {
+    Eigen::Map<Eigen::Matrix<S, 4, 1>> rate(rates + 4 * b);
+    Eigen::Map<Eigen::Matrix<S, 4, 4>> derivative(derivatives + 16 * b);
+    const std::optional<Inputs<double>>& held = self.base_inputs_[static_cast<std::size_t>(step) * windows + b];
+    if (!held) {
+      rate.setZero();
+      derivative.setZero();
+      continue;
+    }
+    const Vec3<double> at = Eigen::Map<const Vec3<S>>(nu + 3 * b).template cast<double>();
+    const BaseModel::MeanRates mean = self.base_->mean_rates(at, static_cast<double>(psi[b]), *held, self.dt_s_);
+    rate = mean.rates.template cast<S>();
+    derivative = mean.derivatives.template cast<S>();
+  }
 }
 
 template class RolloutConstants<float>;

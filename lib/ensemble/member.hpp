@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,14 +43,23 @@ class RolloutConstants {
 template <typename S>
 class WindowBatch {
  public:
+  WindowBatch() = default;
+  WindowBatch(const WindowBatch&) = delete;  // view() may point into it
+  WindowBatch& operator=(const WindowBatch&) = delete;
   /// Fills the batch with the given windows.
   void assign(const TrainingData& data, const std::size_t* windows, std::size_t count);
   const nn::RolloutBatch<S>& view() const { return batch_; }
   double points() const { return batch_.count; }
 
  private:
+  void assign_base(const TrainingData& data, const std::size_t* windows, std::size_t count, std::size_t points);
+  static void base_rates(const void* batch, int step, const S* nu, const S* psi, S* rates, S* derivatives);
+
   nn::AlignedVector<S> nu_, weight_, psi_, controls_, wind_, initial_state_, mask_;
   nn::RolloutBatch<S> batch_;
+  const BaseModel* base_ = nullptr;
+  double dt_s_ = 0.0;
+  std::vector<std::optional<Inputs<double>>> base_inputs_;  ///< [points][windows], nothing beyond a window's end
 };
 
 }  // namespace leeway::ensemble

@@ -19,9 +19,17 @@ namespace {
 using FloatJson =
     nlohmann::basic_json<nlohmann::ordered_map, std::vector, std::string, bool, std::int64_t, std::uint64_t, float>;
 
+constexpr const char* kBaseFile = "base-ship.json";
+
 io::Json spreads_to_json(const std::vector<Spread>& spreads) {
   io::Json result = io::Json::array();
   for (const Spread& s : spreads) result.push_back({{"name", s.name}, {"mean", s.mean}, {"sd", s.sd}});
+  return result;
+}
+
+io::Json domain_to_json(const std::vector<InputRange>& domain) {
+  io::Json result = io::Json::array();
+  for (const InputRange& r : domain) result.push_back({{"name", r.name}, {"low", r.low}, {"high", r.high}});
   return result;
 }
 
@@ -50,18 +58,24 @@ io::Json training_to_json(const EnsembleHeader& h) {
     constants.push_back({{"column", column_name(channel)}, {"value_si", value}});
   for (const TrainingFile& f : h.files)
     files.push_back({{"recording", io::stem(f.file)}, {"sha256", f.sha256}, {"rows", f.rows}});
-  return {{"seed", h.seed},
-          {"config", config},
-          {"actuators", actuators},
-          {"wind", h.inputs.wind},
-          {"constant_columns", constants},
-          {"inputs", spreads_to_json(h.inputs.inputs)},
-          {"accelerations", spreads_to_json(h.inputs.accelerations)},
-          {"pose_in_initial_state", h.inputs.pose_in_initial_state},
-          {"initial_state_inputs", spreads_to_json(h.inputs.initial_state)},
-          {"largest_speed_mps", h.inputs.largest_speed_mps},
-          {"largest_rate_radps", h.inputs.largest_rate_radps},
-          {"files", files}};
+  io::Json json{{"seed", h.seed},
+                {"config", config},
+                {"actuators", actuators},
+                {"wind", h.inputs.wind},
+                {"constant_columns", constants},
+                {"inputs", spreads_to_json(h.inputs.inputs)},
+                {"accelerations", spreads_to_json(h.inputs.accelerations)},
+                {"pose_in_initial_state", h.inputs.pose_in_initial_state},
+                {"initial_state_inputs", spreads_to_json(h.inputs.initial_state)},
+                {"largest_speed_mps", h.inputs.largest_speed_mps},
+                {"largest_rate_radps", h.inputs.largest_rate_radps},
+                {"files", files}};
+  if (h.base) {
+    io::Json of_base = io::Json::array();
+    for (const Channel channel : h.inputs.base_actuators) of_base.push_back(column_name(channel));
+    json["base"] = {{"ship", kBaseFile}, {"name", h.base->name}, {"sha256", h.base->sha256}, {"actuators", of_base}};
+  }
+  return json;
 }
 
 FloatJson network_to_json(const nn::NetworkShape& shape, const float* parameters) {
@@ -137,24 +151,33 @@ auto checked(const std::string& path, const Read& read) {
 
 void check_training_id(const std::string& path, const std::string& found, const EnsembleHeader& header) {
   if (found != header.training_id)
-    throw InputError(path, "belongs to another training (data, settings or seed differ from ensemble.json)");
+    throw InputError(path, "belongs to another training (data, settings, base or seed differ from ensemble.json)");
 }
 
 }  // namespace
 
 EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files) {
-  EnsembleHeader header{data.config, data.inputs, seed, std::move(files), ""};
+  EnsembleHeader header{data.config, data.inputs, seed, std::move(files), std::nullopt, ""};
+  if (data.base) header.base = {data.base->ship().name, data.base->sha256()};
   header.training_id = io::sha256(training_to_json(header).dump());
   return header;
 }
 
-void write_header(const std::string& folder, const EnsembleHeader& header, const io::Json& provenance) {
+void write_header(const std::string& folder, const EnsembleHeader& header, const io::Json& provenance,
+                  const BaseModel* base) {
+  if (base != nullptr) {
+    io::write_text(base_path(folder), base->text());
+  } else {
+    std::error_code error;
+    fs::remove(base_path(folder), error);  // of an earlier training
+  }
   io::Json members = io::Json::array();
   for (int k = 0; k < header.config.members; ++k)
     members.push_back(fs::path(member_path(folder, k)).filename().string());
   const io::Json json{{"format", "leeway ensemble 1"},
                       {"training_id", header.training_id},
                       {"training", training_to_json(header)},
+                      {"domain", domain_to_json(header.inputs.domain)},
                       {"members", members},
                       {"provenance", provenance}};
   io::write_text((fs::path(folder) / "ensemble.json").string(), io::to_text(json));
@@ -195,7 +218,26 @@ std::optional<EnsembleHeader> read_header(const std::string& folder, bool option
   if (h.inputs.accelerations.size() != 3) training.fail("accelerations", "expected 3 entries");
   for (const io::JsonObject& f : training.objects("files"))
     h.files.push_back({f.text("recording"), f.text("sha256"), static_cast<std::size_t>(f.integer("rows"))});
+  if (const auto base = training.object_if("base")) {
+    h.base = {base->text("name"), base->text("sha256")};
+    for (const std::string& name : base->texts("actuators"))
+      h.inputs.base_actuators.push_back(channel_from(*base, "actuators", name));
+  }
+  if (file.has("domain"))  // ensembles of earlier versions have none
+    for (const io::JsonObject& range : file.objects("domain"))
+      h.inputs.domain.push_back({range.text("name"), range.number("low"), range.number("high")});
   return h;
+}
+
+std::string base_path(const std::string& folder) { return (fs::path(folder) / kBaseFile).string(); }
+
+std::shared_ptr<const BaseModel> read_base(const std::string& folder, const EnsembleHeader& header) {
+  if (!header.base) return nullptr;
+  const std::string path = base_path(folder);
+  std::string text = io::read_text(path);
+  if (io::sha256(text) != header.base->sha256)
+    throw InputError(path, fmt::format("is not the ship '{}' that the members were trained with", header.base->name));
+  return std::make_shared<const BaseModel>(read_ship(path), std::move(text));
 }
 
 std::string member_path(const std::string& folder, int number) {

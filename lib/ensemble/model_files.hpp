@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,22 +10,38 @@
 
 namespace leeway::ensemble {
 
+/// The base model of an ensemble; its ship lies beside ensemble.json.
+struct BaseRecord {
+  std::string name, sha256;  ///< of the ship, and of its file
+
+  friend bool operator==(const BaseRecord&, const BaseRecord&) = default;
+};
+
 /// What ensemble.json holds: all that decides the training of its members, and their number.
 struct EnsembleHeader {
   TrainingConfig config;
   ModelInputs inputs;
   std::uint64_t seed = 1;
   std::vector<TrainingFile> files;
+  std::optional<BaseRecord> base = std::nullopt;
   /// SHA-256 of all of the above but the number of members; each member file repeats it.
   std::string training_id;
 };
 
 EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files);
 
-/// <folder>/ensemble.json.
-void write_header(const std::string& folder, const EnsembleHeader& header, const io::Json& provenance);
+/// <folder>/ensemble.json, and the ship of the base model, if there is one, in base_path().
+///   base  that of the header
+void write_header(const std::string& folder, const EnsembleHeader& header, const io::Json& provenance,
+                  const BaseModel* base = nullptr);
 /// Throws InputError or IoError; nothing where the file does not exist and `optional`.
 std::optional<EnsembleHeader> read_header(const std::string& folder, bool optional = false);
+
+/// <folder>/base-ship.json.
+std::string base_path(const std::string& folder);
+/// The base model of the ensemble in the folder, or nothing. Throws InputError where the file is not the one that the
+/// members were trained with.
+std::shared_ptr<const BaseModel> read_base(const std::string& folder, const EnsembleHeader& header);
 
 /// <folder>/member-NN.json and its checkpoint.
 std::string member_path(const std::string& folder, int number);

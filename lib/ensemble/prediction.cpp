@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include <fmt/format.h>
@@ -25,16 +26,68 @@ Eigen::Matrix3Xd pose_rates(const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd&
   return rates;
 }
 
+// The base model for states side by side over a step with held inputs.
+class HeldBase {
+ public:
+  HeldBase(const BaseModel& base, const std::vector<Channel>& channels,
+           const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Vec2<double>& true_wind, double t_s)
+      : base_(base) {
+    for (Eigen::Index i = 0; i < actuators.cols(); ++i) {
+      Inputs<double> in{{}, true_wind, t_s};
+      for (std::size_t a = 0; a < channels.size(); ++a)
+        in.actuators[channels[a]] = actuators(static_cast<Eigen::Index>(a), i);
+      inputs_.push_back(in);
+      acting_.emplace_back(in.actuators);
+    }
+  }
+
+  // The state after the step without the network.
+  ShipState<double> step(Eigen::Index i, const ShipState<double>& state, double dt_s) const {
+    return base_.step(state, inputs_[column(i)], dt_s);
+  }
+
+  // Adds the velocity of the water, or takes it off, `h` after the start.
+  void add_water(double sign, double h, const Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu) const {
+    if (!base_.model().effects.moves_water()) return;
+    for (Eigen::Index i = 0; i < nu.cols(); ++i)
+      nu.col(i) += sign * water_velocity<double>(base_.model(), eta.col(i), inputs_[column(i)].t_s + h);
+  }
+
+  // Rates of the pose, and of the velocity through the water: those of the base, and `network` on top.
+  void rates(double h, const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd& nu_water, const Eigen::Matrix3Xd& network,
+             Eigen::Matrix3Xd& pose, Eigen::Matrix3Xd& rate) const {
+    pose.resize(3, eta.cols());
+    rate.resize(3, eta.cols());
+    for (Eigen::Index i = 0; i < eta.cols(); ++i) {
+      Inputs<double> now = inputs_[column(i)];
+      now.t_s += h;
+      const ShipState<double> state{eta.col(i), nu_water.col(i)};
+      const ShipState<double> change = rate_of_change(base_.model(), state, now, acting_[column(i)]);
+      pose.col(i) = change.eta;
+      rate.col(i) = change.nu + network.col(i);
+    }
+  }
+
+ private:
+  std::size_t column(Eigen::Index i) const { return inputs_.size() == 1 ? 0 : static_cast<std::size_t>(i); }
+
+  const BaseModel& base_;
+  std::vector<Inputs<double>> inputs_;
+  std::vector<ActingActuators<double>> acting_;
+};
+
 }  // namespace
 
-Ensemble::Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels)
-    : header_(std::move(header)), kernels_(&kernels), members_(std::move(members)) {
+Ensemble::Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels,
+                   std::shared_ptr<const BaseModel> base)
+    : header_(std::move(header)), kernels_(&kernels), base_(std::move(base)), members_(std::move(members)) {
   for (const Member& member : members_)
     constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, member));
 }
 
 Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels)
     : Ensemble(*read_header(folder), {}, kernels) {
+  base_ = read_base(folder, header_);
   const int available = header_.config.members;
   if (use_members > available)
     throw UsageError(fmt::format("--use-members {}: {} has {} members", use_members, folder, available));
@@ -71,7 +124,8 @@ Eigen::Matrix3Xd EnsembleEvaluator::accelerations(int member, const Eigen::Matri
   for (Eigen::Index i = 0; i < n; ++i) {
     for (int j = 0; j < 3; ++j) *x++ = static_cast<float>(nu(j, i));
     const Eigen::Index a = actuators.cols() == 1 ? 0 : i;
-    for (Eigen::Index j = 0; j < actuators.rows(); ++j) *x++ = static_cast<float>(actuators(j, a));
+    for (std::size_t j = 0; j < inputs.actuators.size(); ++j)
+      *x++ = static_cast<float>(actuators(static_cast<Eigen::Index>(j), a));
     if (inputs.wind) {
       const Vec2<double> wind = apparent_wind<double>(true_wind, eta(2, i), nu(0, i), nu(1, i));
       *x++ = static_cast<float>(wind(0));
@@ -86,8 +140,34 @@ Eigen::Matrix3Xd EnsembleEvaluator::accelerations(int member, const Eigen::Matri
 
 void EnsembleEvaluator::step(int member, Integrator integrator, double dt_s,
                              const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Vec2<double>& true_wind,
-                             Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu) {
-  const Eigen::Matrix3Xd pose1 = pose_rates(eta, nu), rate1 = accelerations(member, eta, nu, actuators, true_wind);
+                             Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu, double t_s) {
+  std::optional<HeldBase> base;
+  if (ensemble_->base() != nullptr)
+    base.emplace(*ensemble_->base(), ensemble_->header().inputs.sampled_actuators(), actuators, true_wind, t_s);
+  if (base && integrator == Integrator::euler) {
+    const Eigen::Matrix3Xd network = accelerations(member, eta, nu, actuators, true_wind);
+    for (Eigen::Index i = 0; i < nu.cols(); ++i) {
+      const ShipState<double> end = base->step(i, {eta.col(i), nu.col(i)}, dt_s);
+      eta.col(i) = end.eta;
+      nu.col(i) = end.nu + dt_s * network.col(i);
+    }
+    return;
+  }
+  // The state of a base model in moving water is that through the water, as in integrate().
+  if (base) base->add_water(-1.0, 0.0, eta, nu);
+  const auto rates = [&](double h, const Eigen::Matrix3Xd& e, const Eigen::Matrix3Xd& v, Eigen::Matrix3Xd& pose,
+                         Eigen::Matrix3Xd& rate) {
+    if (base) {
+      Eigen::Matrix3Xd over_ground = v;
+      base->add_water(1.0, h, e, over_ground);
+      base->rates(h, e, v, accelerations(member, e, over_ground, actuators, true_wind), pose, rate);
+    } else {
+      pose = pose_rates(e, v);
+      rate = accelerations(member, e, v, actuators, true_wind);
+    }
+  };
+  Eigen::Matrix3Xd pose1, rate1, pose2, rate2, pose3, rate3, pose4, rate4;
+  rates(0.0, eta, nu, pose1, rate1);
   if (integrator == Integrator::euler) {
     eta += dt_s * pose1;
     nu += dt_s * rate1;
@@ -95,16 +175,14 @@ void EnsembleEvaluator::step(int member, Integrator integrator, double dt_s,
   }
   const auto stage = [&](double h, const Eigen::Matrix3Xd& pose, const Eigen::Matrix3Xd& rate,
                          Eigen::Matrix3Xd& next_pose, Eigen::Matrix3Xd& next_rate) {
-    const Eigen::Matrix3Xd e = eta + h * pose, v = nu + h * rate;
-    next_pose = pose_rates(e, v);
-    next_rate = accelerations(member, e, v, actuators, true_wind);
+    rates(h, eta + h * pose, nu + h * rate, next_pose, next_rate);
   };
-  Eigen::Matrix3Xd pose2, rate2, pose3, rate3, pose4, rate4;
   stage(0.5 * dt_s, pose1, rate1, pose2, rate2);
   stage(0.5 * dt_s, pose2, rate2, pose3, rate3);
   stage(dt_s, pose3, rate3, pose4, rate4);
   eta += dt_s / 6.0 * (pose1 + 2.0 * pose2 + 2.0 * pose3 + pose4);
   nu += dt_s / 6.0 * (rate1 + 2.0 * rate2 + 2.0 * rate3 + rate4);
+  if (base) base->add_water(1.0, dt_s, eta, nu);
 }
 
 void EnsembleEvaluator::estimate_initial_state(int member, const Samples& samples, Range range, Vec3<double>& eta,
@@ -172,7 +250,7 @@ SequencePrediction predict_sequence(EnsembleEvaluator& evaluator, const Ensemble
         v.col(i) = result.nu.back().col(s);
       }
       evaluator.step(distinct[begin].first, options.integrator, samples.dt_s, samples.actuators.col(range.begin + k),
-                     samples.true_wind.col(range.begin + k), e, v);
+                     samples.true_wind.col(range.begin + k), e, v, samples.t_s(range.begin + k));
       eta.middleCols(at, n) = e;
       nu.middleCols(at, n) = v;
       begin = end;
@@ -220,7 +298,7 @@ SequencePrediction fitted_rollout(EnsembleEvaluator& evaluator, const Ensemble& 
     for (int m = 0; m < ensemble.members(); ++m) {
       Eigen::Matrix3Xd e = eta.col(m), v = nu.col(m);
       evaluator.step(m, Integrator::euler, samples.dt_s, samples.actuators.col(range.begin + k),
-                     samples.true_wind.col(range.begin + k), e, v);
+                     samples.true_wind.col(range.begin + k), e, v, samples.t_s(range.begin + k));
       eta.col(m) = e;
       nu.col(m) = v;
     }

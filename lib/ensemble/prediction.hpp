@@ -17,10 +17,12 @@ class Ensemble {
  public:
   /// Reads ensemble.json and the first `use_members` members (0: all). Throws InputError or IoError.
   Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels);
-  Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels);
+  Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels,
+           std::shared_ptr<const BaseModel> base = nullptr);
 
   const EnsembleHeader& header() const { return header_; }
   int members() const { return static_cast<int>(members_.size()); }
+  const BaseModel* base() const { return base_.get(); }  ///< nullptr where there is none
   const Member& member(int number) const { return members_[static_cast<std::size_t>(number)]; }
   const nn::Kernels<float>& kernels() const { return *kernels_; }
   /// What the user should know: members that were trained on different kernels.
@@ -30,6 +32,7 @@ class Ensemble {
  private:
   EnsembleHeader header_;
   const nn::Kernels<float>* kernels_;
+  std::shared_ptr<const BaseModel> base_;
   std::vector<Member> members_;
   std::vector<std::unique_ptr<RolloutConstants<float>>> constants_;
 };
@@ -39,14 +42,18 @@ class EnsembleEvaluator {
  public:
   explicit EnsembleEvaluator(const Ensemble& ensemble);
 
-  /// (u', v_m' [m/s^2], r' [rad/s^2]) of one member for states side by side that share actuators and true wind.
-  ///   eta (x0, y0 [m], psi [rad]); nu (u, v_m [m/s], r [rad/s]); actuators in the order of header().inputs.actuators
+  /// (u', v_m' [m/s^2], r' [rad/s^2]) of one member's network for states side by side that share actuators and true
+  /// wind; where there is a base model, what comes on top of it.
+  ///   eta (x0, y0 [m], psi [rad]); nu (u, v_m [m/s], r [rad/s]); actuators in the order of
+  ///   header().inputs.sampled_actuators()
   Eigen::Matrix3Xd accelerations(int member, const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd& nu,
                                  const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Vec2<double>& true_wind);
 
-  /// One step of the equations of motion with the inputs held. `actuators` has one column, or one for each state.
+  /// One step of the equations of motion with the inputs held. `actuators` has one column, or one for each state. With
+  /// a base model Euler is the step of the training: the network's part by Euler, that of the base by Runge-Kutta.
+  ///   t_s  at the step's start, for a base model with effects that change with time
   void step(int member, Integrator integrator, double dt_s, const Eigen::Ref<const Eigen::MatrixXd>& actuators,
-            const Vec2<double>& true_wind, Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu);
+            const Vec2<double>& true_wind, Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu, double t_s = 0.0);
 
   /// The member's estimate of the state at the range's first point from its first initial_state_steps observations;
   /// the observed state where there is no initial-state network or the range is shorter.

@@ -57,9 +57,11 @@ void find_actuators(const std::vector<Trajectory>& recordings, TrainingData& dat
     if (moments.varies()) {
       data.inputs.actuators.push_back(channel);
     } else {
+      const bool of_base = data.base && data.base->ship().find_actuator(channel) != nullptr;
+      if (of_base) data.inputs.base_actuators.push_back(channel);
       data.inputs.constants.emplace_back(channel, moments.mean);
-      data.notices.push_back(
-          fmt::format("column '{}' never varies in the training data and is left out", column_name(channel)));
+      data.notices.push_back(fmt::format("column '{}' never varies in the training data and is left out{}",
+                                         column_name(channel), of_base ? " of the networks' inputs" : ""));
     }
   }
 }
@@ -69,6 +71,7 @@ void find_wind(const std::vector<Trajectory>& recordings, TrainingData& data) {
   const bool anywhere = std::any_of(recordings.begin(), recordings.end(), [](const auto& r) { return r.has_wind(); });
   if (!anywhere) {
     data.notices.emplace_back("the training data have no wind columns: the model will not know the wind");
+    if (data.base && data.base->ship().wind) data.notices.back() += ", and its base ship will be in calm air";
     return;
   }
   bool calm = true;
@@ -84,7 +87,46 @@ void find_wind(const std::vector<Trajectory>& recordings, TrainingData& data) {
     data.inputs.wind = true;
 }
 
+// What the base model leaves over of the accelerations by forward differences. Its deviation is that of means over
+// blocks of steps, in which the noise of the observations cancels but for that at the ends; and never less than what
+// adds up to sigma over a window, since less is not seen.
+void find_residuals(TrainingData& data) {
+  constexpr Eigen::Index kBlock = 10;
+  const std::vector<Channel> channels = data.inputs.sampled_actuators();
+  std::vector<Moments> single(3), blocks(3);
+  for (const Samples& s : data.stretches) {
+    Vec3<double> sum = Vec3<double>::Zero();
+    Eigen::Index count = 0;
+    for (Eigen::Index k = 0; k + 1 < s.size(); ++k) {
+      const ShipState<double> end =
+          data.base->step({s.eta.col(k), s.nu.col(k)}, data.base->inputs(s, channels, k), s.dt_s);
+      const Vec3<double> residual = (s.nu.col(k + 1) - end.nu) / s.dt_s;
+      if (!residual.allFinite())
+        throw NumericalError(fmt::format("{}: the base ship '{}' has no finite acceleration at t = {} s", s.file,
+                                         data.base->ship().name, s.t_s(k)));
+      for (int i = 0; i < 3; ++i) single[i].add(residual(i));
+      sum += residual;
+      if (++count < std::min(kBlock, s.size() - 1)) continue;
+      for (int i = 0; i < 3; ++i) blocks[i].add(sum(i) / static_cast<double>(count));
+      sum.setZero();
+      count = 0;
+    }
+  }
+  for (int i = 0; i < 3; ++i) {
+    const double least = data.config.sigma(i) / (data.config.time_step_s * (data.config.steps - 1));
+    Spread& spread = data.inputs.accelerations[static_cast<std::size_t>(i)];
+    spread.mean = single[static_cast<std::size_t>(i)].mean;
+    spread.sd = std::max(blocks[static_cast<std::size_t>(i)].sd(), least);
+  }
+}
+
 }  // namespace
+
+std::vector<Channel> ModelInputs::sampled_actuators() const {
+  std::vector<Channel> channels = actuators;
+  channels.insert(channels.end(), base_actuators.begin(), base_actuators.end());
+  return channels;
+}
 
 std::vector<double> initial_state_observations(const Samples& samples, Range range, int steps, bool with_pose) {
   std::vector<double> values;
@@ -101,14 +143,18 @@ std::vector<double> initial_state_observations(const Samples& samples, Range ran
   return values;
 }
 
-TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config) {
+TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config,
+                                   std::shared_ptr<const BaseModel> base) {
   TrainingData data;
   data.config = config;
+  data.base = std::move(base);
   ModelInputs& inputs = data.inputs;
   const std::string all_files = recordings.size() == 1 ? recordings.front().file
                                 : recordings.empty()
                                     ? ""
                                     : fmt::format("{} and {} more", recordings.front().file, recordings.size() - 1);
+  if (data.base)
+    for (const Trajectory& recording : recordings) data.base->check(recording);
   find_actuators(recordings, data);
   find_wind(recordings, data);
   if (inputs.actuators.empty() && !inputs.wind)
@@ -116,7 +162,7 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
 
   for (const Trajectory& recording : recordings) {
     std::vector<Samples> stretches =
-        resample(recording, inputs.actuators, inputs.wind, config.time_step_s, config.resampling);
+        resample(recording, inputs.sampled_actuators(), inputs.wind, config.time_step_s, config.resampling);
     Eigen::Index points = 0;
     for (const Samples& s : stretches) points += s.size();
     const double seconds = static_cast<double>(points) * config.time_step_s;
@@ -140,7 +186,8 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
         input[i].add(s.nu(i, k));
         if (k + 1 < s.size()) acceleration[i].add((s.nu(i, k + 1) - s.nu(i, k)) / s.dt_s);
       }
-      for (Eigen::Index a = 0; a < s.actuators.rows(); ++a) input[3 + a].add(s.actuators(a, k));
+      for (std::size_t a = 0; a < inputs.actuators.size(); ++a)
+        input[3 + a].add(s.actuators(static_cast<Eigen::Index>(a), k));
       if (inputs.wind) {
         const Vec2<double> wind = apparent_wind<double>(s.true_wind.col(k), s.eta(2, k), s.nu(0, k), s.nu(1, k));
         input[n_inputs - 2].add(wind(0));
@@ -155,6 +202,7 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
       throw InputError(
           all_files, fmt::format("'{}' never varies in the training data: nothing can be learned about it", names[i]));
     inputs.inputs.push_back({names[i], input[i].mean, input[i].sd()});
+    inputs.domain.push_back({names[i], input[i].low, input[i].high});
   }
   const char* acceleration_names[] = {"udot_mps2", "vmdot_mps2", "rdot_radps2"};
   for (int i = 0; i < 3; ++i) {
@@ -163,6 +211,7 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
                        fmt::format("the acceleration '{}' never varies in the training data", acceleration_names[i]));
     inputs.accelerations.push_back({acceleration_names[i], acceleration[i].mean, acceleration[i].sd()});
   }
+  if (data.base) find_residuals(data);
   inputs.largest_speed_mps = std::max({input[0].high, -input[0].low, input[1].high, -input[1].low});
   inputs.largest_rate_radps = std::max(input[2].high, -input[2].low);
 

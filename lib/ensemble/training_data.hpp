@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "ensemble/base_model.hpp"
 #include "ensemble/config.hpp"
 #include "recording/samples.hpp"
 #include "recording/trajectory.hpp"
@@ -16,16 +18,27 @@ struct Spread {
   double mean = 0.0, sd = 1.0;
 };
 
+/// Smallest and largest value of a network input in the training data, SI and radians.
+struct InputRange {
+  std::string name;
+  double low = 0.0, high = 0.0;
+};
+
 /// What the networks see, found from the training data and kept with the model.
 struct ModelInputs {
   std::vector<Channel> actuators;      ///< the recorded actuator channels that vary
   bool wind = false;                   ///< whether the apparent wind is an input
   std::vector<Spread> inputs;          ///< u, v_m, r, the actuators, apparent wind x and y in ship axes
-  std::vector<Spread> accelerations;   ///< of u, v_m, r by numerical differentiation
+  std::vector<Spread> accelerations;   ///< of u, v_m, r by numerical differentiation; with a base what it leaves over
   std::vector<Spread> initial_state;   ///< inputs of the initial-state network, point by point; empty without it
   bool pose_in_initial_state = false;  ///< whether it sees the pose besides the velocities
   std::vector<std::pair<Channel, double>> constants;         ///< actuator channels left out since they never vary [SI]
   double largest_speed_mps = 0.0, largest_rate_radps = 0.0;  ///< range of the training data, for plausibility
+  std::vector<Channel> base_actuators;  ///< never vary in the training data, but the base model reads them
+  std::vector<InputRange> domain;       ///< of `inputs`
+
+  /// What a recording is sampled for: the networks' actuators, then those of the base model alone.
+  std::vector<Channel> sampled_actuators() const;
 };
 
 /// A training window: its place in the data, and the standardized input of the initial-state network.
@@ -47,11 +60,15 @@ struct TrainingData {
   std::vector<Samples> stretches;
   std::vector<Window> windows;
   std::vector<std::string> notices;  ///< what the user should know: columns left out, files too short
+  std::shared_ptr<const BaseModel> base = nullptr;
 };
 
 /// Finds the inputs, resamples, standardizes and cuts. Throws InputError where the data cannot train anything: no two
-/// points, a velocity that never varies, no actuator and no wind that varies, a column missing in one of the files.
-TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config);
+/// points, a velocity that never varies, no actuator and no wind that varies, a column missing in one of the files, or
+/// one that the base model needs.
+///   base  nothing: the networks learn the whole accelerations
+TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config,
+                                   std::shared_ptr<const BaseModel> base = nullptr);
 
 /// Inputs of the initial-state network before standardization: for each of the first `steps` points of the range
 /// x, y [m] and heading [rad] relative to the first point in its ship axes (where recorded), then u, v_m, r.

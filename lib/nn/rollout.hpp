@@ -13,7 +13,8 @@
 ///
 /// Accelerations come from a feedforward network with tanh units, nu' = offset + scale * net((inputs - mean) / sd),
 /// inputs = (u, v_m, r, actuators, apparent wind x and y). A rollout starts from the observed state plus the
-/// correction of a second network, steps by Euler, and is compared with the observed velocities at each point.
+/// correction of a second network, steps by Euler, and is compared with the observed velocities at each point. Known
+/// rates of change can be added (BaseRates).
 /// Everything here is compiled once per instruction set and chosen at run time (Kernels).
 namespace leeway::nn {
 
@@ -64,6 +65,16 @@ struct RolloutModel {
   const S* initial_state_scale = nullptr;  ///< 6
 };
 
+/// Rates of (u, v_m, r, psi) that are known beforehand and act beside the network, as means over a step: velocities
+/// change by both, the heading by this alone. Nothing: nullptr, and the heading follows from r.
+template <typename S>
+struct BaseRates {
+  const void* object = nullptr;
+  /// For the windows at point `step`, in nu [windows][3] and psi [windows]: rates [windows][4] and their derivatives
+  /// [windows][4][4], that of rate i by state j at [j][i].
+  void (*evaluate)(const void* object, int step, const S* nu, const S* psi, S* rates, S* derivatives) = nullptr;
+};
+
 /// Windows side by side. Blocks of one point follow each other; inside a block the windows are columns.
 template <typename S>
 struct RolloutBatch {
@@ -75,7 +86,8 @@ struct RolloutBatch {
   const S* true_wind = nullptr;             ///< [points][windows][2], from-vector in earth axes
   const S* initial_state_inputs = nullptr;  ///< [windows][initial_state.inputs], standardized
   const S* initial_state_mask = nullptr;    ///< [windows]: 0 where the start stays as observed
-  double count = 1.0;                       ///< the loss is the sum over all points divided by this
+  BaseRates<S> base;
+  double count = 1.0;  ///< the loss is the sum over all points divided by this
 };
 
 struct AdamSettings {

@@ -47,6 +47,7 @@ struct Work {
   Matrix<S> nu, error;          // 3 x windows*points
   Matrix<S> psi, cosine, sine;  // 1 x windows*points
   Matrix<S> lambda_nu, lambda_psi, input_derivative;
+  Matrix<S> base_rates, base_derivatives;  // 4 x windows; 4 x 4*windows*steps
 };
 
 int inputs_of(const NetworkShape& s, int layer) { return layer == 0 ? s.inputs : s.hidden_units; }
@@ -117,6 +118,31 @@ void parameter_gradient(const NetworkShape& shape, const Inputs& inputs, const N
   }
 }
 
+// Adds the change by the base rates to point k + 1 of the rollout.
+template <typename S>
+void add_base(const BaseRates<S>& base, int k, Eigen::Index B, S dt, Work<S>& w) {
+  const Eigen::Index c = k * B;
+  base.evaluate(base.object, k, w.nu.data() + 3 * c, w.psi.data() + c, w.base_rates.data(),
+                w.base_derivatives.data() + 16 * c);
+  w.nu.middleCols(c + B, B) += dt * w.base_rates.topRows(3);
+  w.psi.middleCols(c + B, B) = w.psi.middleCols(c, B) + dt * w.base_rates.row(3);
+}
+
+// From the loss derivatives by the state at k + 1 to their part by the state at k that goes through the base rates and
+// through the state itself.
+template <typename S>
+void pull_back_through_base(Eigen::Index k, Eigen::Index B, S dt, Work<S>& w) {
+  for (Eigen::Index b = 0; b < B; ++b) {
+    const S* by_state = w.base_derivatives.data() + 16 * (k * B + b);
+    const S lambda[4] = {w.lambda_nu(0, b), w.lambda_nu(1, b), w.lambda_nu(2, b), w.lambda_psi(0, b)};
+    S more[4] = {};
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 4; ++i) more[j] += by_state[4 * j + i] * lambda[i];
+    for (int j = 0; j < 3; ++j) w.lambda_nu(j, b) += dt * more[j];
+    w.lambda_psi(0, b) += dt * more[3];
+  }
+}
+
 template <typename S>
 double loss_and_gradient(void* memory, const RolloutModel<S>& model, const RolloutBatch<S>& batch, const S* parameters,
                          S* gradient) {
@@ -139,6 +165,11 @@ double loss_and_gradient(void* memory, const RolloutModel<S>& model, const Rollo
   w.psi.resize(1, B * K);
   w.cosine.resize(1, B * K);
   w.sine.resize(1, B * K);
+  const bool has_base = batch.base.evaluate != nullptr;
+  if (has_base) {
+    w.base_rates.resize(4, B);
+    w.base_derivatives.resize(4, 4 * B * steps);
+  }
 
   // Start: the observed state plus the correction of the initial-state network.
   w.nu.leftCols(B) = observed.leftCols(B);
@@ -175,7 +206,10 @@ double loss_and_gradient(void* memory, const RolloutModel<S>& model, const Rollo
     for (Eigen::Index b = 0; b < B; ++b)
       w.nu.col(c + B + b) =
           w.nu.col(c + b) + model.dt * (output_offset + output_scale.cwiseProduct(w.dynamics.output.col(c + b)));
-    w.psi.middleCols(c + B, B) = w.psi.middleCols(c, B) + model.dt * nu.row(2);
+    if (has_base)
+      add_base(batch.base, static_cast<int>(k), B, model.dt, w);
+    else
+      w.psi.middleCols(c + B, B) = w.psi.middleCols(c, B) + model.dt * nu.row(2);
   }
 
   // Loss, and its derivative with respect to each point's velocity.
@@ -195,8 +229,9 @@ double loss_and_gradient(void* memory, const RolloutModel<S>& model, const Rollo
     for (Eigen::Index b = 0; b < B; ++b) delta.col(b) = model.dt * output_scale.cwiseProduct(w.lambda_nu.col(b));
     backward_columns(net, parameters, w.dynamics, c, B, &w.input_derivative);
     for (Eigen::Index b = 0; b < B; ++b) w.input_derivative.col(b) = w.input_derivative.col(b).cwiseProduct(inverse_sd);
+    if (has_base) pull_back_through_base(k, B, model.dt, w);
     w.lambda_nu += w.input_derivative.topRows(3) + w.error.middleCols(c, B);
-    w.lambda_nu.row(2) += model.dt * w.lambda_psi;
+    if (!has_base) w.lambda_nu.row(2) += model.dt * w.lambda_psi;
     if (model.wind) {
       const auto dx = w.input_derivative.row(wind_row).array(), dy = w.input_derivative.row(wind_row + 1).array();
       const auto cosine = w.cosine.middleCols(c, B).array(), sine = w.sine.middleCols(c, B).array();

@@ -488,3 +488,73 @@ TEST_CASE("pd-sweep: a wrong command line ends with 2", "[cli][ens]") {
   if (std::filesystem::exists("/dev/full"))
     check_refused(folder, sweep + "--kp 20 --kd 20 -o /dev/full", 4, "/dev/full: cannot be written: No space left");
 }
+
+TEST_CASE("ens-train --base: the tools use such a model as any other, wherever it lies", "[cli][ens][base]") {
+  const TemporaryFolder folder;
+  write_ensemble_inputs(folder);
+  done(folder, kTrain + "tiny.json -o one --base vectwin-3m --jobs 2");
+  for (const int member : {2, 0, 3, 1})
+    done(folder, kTrain + fmt::format("tiny.json -o single --base vectwin-3m --member {}", member));
+  const auto one = files_of(folder / "one");
+  CHECK(one.size() == 6);
+  CHECK(one == files_of(folder / "single"));
+  const io::Json header = io::read_json(folder / "one/ensemble.json");
+  CHECK(header["training"]["base"]["ship"] == "base-ship.json");
+  CHECK(header["training"]["base"]["name"] == "vectwin-3m");
+  CHECK(header["training"]["base"]["actuators"] == io::Json::array({"n_p_rps"}));
+  CHECK(header["domain"].size() == header["training"]["inputs"].size());
+  CHECK(header["domain"][0]["low"] < header["domain"][0]["high"]);
+
+  const std::string predict = " 'data/dataset.json#test' --particles 20 --quiet";
+  const std::string expected = done(folder, "ens-predict one" + predict).out;
+  std::filesystem::create_directories(folder / "elsewhere");
+  std::filesystem::rename(folder / "one", folder / "elsewhere/moved");
+  CHECK(done(folder, "ens-predict elsewhere/moved" + predict).out == expected);
+  CHECK(expected != done(folder, kTrain + "tiny.json -o plain && ens-predict plain" + predict).out);
+  CHECK_FALSE(std::filesystem::exists(folder / "plain/base-ship.json"));
+  const auto rows =
+      rows_of(done(folder, "pd-sweep elsewhere/moved --ship vectwin-3m --kp 40 --kd 60 --duration-s 20 --quiet").out);
+  CHECK(rows.size() == 2);
+  done(folder,
+       "ens-predict elsewhere/moved 'data/dataset.json#train' --fitted --quiet | eval-metrics - --truth "
+       "data/dataset.json --quiet");
+
+  // Trained anew without a base, the folder keeps none.
+  done(folder, kTrain + "tiny.json -o single");
+  CHECK_FALSE(std::filesystem::exists(folder / "single/base-ship.json"));
+  CHECK(files_of(folder / "single").at("member-00.json") == files_of(folder / "plain").at("member-00.json"));
+}
+
+TEST_CASE("ens-train --base: what cannot be a base, or is another one, is refused", "[cli][ens][base]") {
+  const TemporaryFolder folder;
+  write_ensemble_inputs(folder);
+  const std::string train = kTrain + "tiny.json -o model --base ";
+  check_refused(folder, train + "none-such", 2, "shipped: esso-osaka-3m");
+  check_refused(folder, train + "none-such.json", 4, "none-such.json: cannot be opened");
+  check_refused(folder, train + "-", 2, "--base: expected a file or a shipped name, got '-'");
+  folder.write("bad.json", R"({"name": "x", "particulars": {"source": "s", "L_pp_m": -3}})");
+  check_refused(folder, train + "bad.json", 3, "bad.json: /particulars/L_pp_m: expected a number > 0, got -3");
+  check_refused(folder, train + "kvlcc2-l7", 3,
+                "train-r-01.csv:1: no column 'delta_deg', which the base ship 'kvlcc2-l7' needs");
+  folder.write("late.json", io::read_text(LEEWAY_SOURCE_FOLDER "/configs/ships/vectwin-3m.json"));
+  replace(folder / "late.json", "{", R"({"effects": [{"type": "actuator-delay", "delay_s": 1}],)");
+  check_refused(folder, train + "late.json", 3, "late.json: /effects/0: actuator-delay: a base model cannot have");
+  CHECK_FALSE(std::filesystem::exists(folder / "model"));
+
+  done(folder, train + "vectwin-3m");
+  check_refused(folder, kTrain + "tiny.json -o model --resume", 2,
+                "model holds an ensemble of another base: 'vectwin-3m'");
+  replace(folder / "late.json", R"("type": "actuator-delay", "delay_s": 1)",
+          R"("type": "fouling", "resistance_increase": 0.1)");
+  check_refused(folder, train + "late.json --resume", 2, "holds an ensemble of another base: 'vectwin-3m' (");
+  check_refused(folder, train + "late.json --member 1", 2, "holds an ensemble of another base: 'vectwin-3m' (");
+  done(folder, train + "vectwin-3m --resume");
+
+  const std::string predict = "ens-predict model 'data/dataset.json#test'";
+  folder.write("rec.csv", "t_s,u_mps,vm_mps,r_degps,psi_deg,delta_p_deg,delta_s_deg,n_bt_rps\n0,1,0,0,0,0,0,0\n");
+  check_refused(folder, "ens-predict model rec.csv", 3, "rec.csv:1: no column 'n_p_rps', which the base ship");
+  replace(folder / "model/base-ship.json", "{", "{ ");
+  check_refused(folder, predict, 3, "model/base-ship.json: is not the ship 'vectwin-3m' that the members were trained");
+  std::filesystem::remove(folder / "model/base-ship.json");
+  check_refused(folder, predict, 4, "model/base-ship.json: cannot be opened");
+}
