@@ -52,7 +52,7 @@ BaseModel::BaseModel(Ship ship, std::string text)
       return InputError(entry.file, 0, entry.pointer,
                         fmt::format("{}: a base model cannot have an effect that depends on {}", entry.type, what));
     };
-    if (model.effects.rudder_delay_s() > 0.0) throw refuse("what the rudders did before");
+    if (model.effects.rudder_response() != RudderResponse()) throw refuse("what the rudders did before");
     const double L = ship_.particulars.L_pp;
     for (const double t_s : {0.0, 100.0, 1000.0}) {
       const Vec3<double> here = probe(model, alone, t_s, {0.0, 0.0, 0.3});
