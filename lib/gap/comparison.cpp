@@ -161,7 +161,7 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
     if (!EffectLibrary::holds(effect) || present.contains(effect)) continue;
     for (Candidate& candidate : candidates_with(effect, {})) candidates.push_back(std::move(candidate));
   }
-  std::vector<Screen> screens;
+  std::vector<EffectScreen> screens;
   for (const double share : {1.0, 0.0})
     if (share == 1.0 || is_bent(fit))
       screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs);
@@ -193,7 +193,7 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
     for (const auto& [a, at_a] : best_of)
       for (const auto& [b, at_b] : best_of)
         if (a < b)
-          for (const Screen& screen : screens) {
+          for (const EffectScreen& screen : screens) {
             const double evidence = screen.log_evidence({at_a.second, at_b.second});
             if (pair->empty() || evidence > pair->front().log_evidence)
               pair->assign({screen.start({at_a.second, at_b.second})});
@@ -237,7 +237,7 @@ std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from
         candidates.push_back(std::move(candidate));
     }
   }
-  const Screen screen(campaign_, all_[from].fit, all_[from].hypothesis, candidates, 1.0, options_.jobs);
+  const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, candidates, 1.0, options_.jobs);
   std::vector<Promise> result;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     const std::string& effect = candidates[c].effects.front().name();
@@ -268,7 +268,8 @@ std::vector<Start> Comparison::terms_beside(std::size_t from) {
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < unknown->parameters.size(); ++i)
     candidates.push_back({{only({i})}, Eigen::VectorXd::Zero(1)});
-  const Screen screen(campaign_, all_[from].fit, all_[from].hypothesis, std::move(candidates), 1.0, options_.jobs);
+  const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, std::move(candidates), 1.0,
+                            options_.jobs);
 
   // With what the choice among all sets of a size costs.
   const auto worth = [&](const std::vector<std::size_t>& terms) {
@@ -325,7 +326,7 @@ std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& 
   std::vector<Start> starts;
   for (const double share : {1.0, 0.0}) {
     if (candidates.empty() || (share == 0.0 && !is_bent(fit))) break;
-    const Screen screen(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs);
+    const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs);
     for (std::size_t c = 0; c < candidates.size(); ++c) starts.push_back(screen.start({c}));
   }
   sort(starts);

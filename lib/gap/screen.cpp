@@ -74,8 +74,8 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
   return result;
 }
 
-Screen::Screen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
-               std::vector<Candidate> candidates, double share, std::size_t jobs)
+EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
+                           std::vector<Candidate> candidates, double share, std::size_t jobs)
     : so_far_(so_far),
       candidates_(std::move(candidates)),
       theta_(from.theta),
@@ -133,7 +133,7 @@ Screen::Screen(const Campaign& campaign, const FittedNull& from, const Hypothesi
   for (const Evidence& part : parts) total_ += part;
 }
 
-Screen::Part Screen::part(const std::vector<std::size_t>& set) const {
+EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const {
   Part result;
   for (Eigen::Index i = 0; i + 1 < theta_.size(); ++i) result.places.push_back(i);
   std::vector<double> z;
@@ -164,14 +164,14 @@ Screen::Part Screen::part(const std::vector<std::size_t>& set) const {
   return result;
 }
 
-double Screen::log_evidence(const std::vector<std::size_t>& set) const {
+double EffectScreen::log_evidence(const std::vector<std::size_t>& set) const {
   const Part p = part(set);
   const double result = p.evidence.b.allFinite() && p.evidence.F.allFinite() ? marginal(p.evidence, p.theta, p.prior_sd)
                                                                              : std::numeric_limits<double>::quiet_NaN();
   return std::isfinite(result) ? result : -std::numeric_limits<double>::infinity();
 }
 
-Start Screen::start(const std::vector<std::size_t>& set) const {
+Start EffectScreen::start(const std::vector<std::size_t>& set) const {
   const Part p = part(set);
   Start result{so_far_, p.theta, log_evidence(set)};
   for (const std::size_t c : set)
@@ -200,7 +200,7 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   const std::vector<Candidate> candidates = candidates_of(effect, campaign.ship, std::move(choices));
   for (const double share : {1.0, 0.0}) {
     if (share == 0.0 && !is_bent(from)) break;
-    const Screen screen(campaign, from, so_far, candidates, share, jobs);
+    const EffectScreen screen(campaign, from, so_far, candidates, share, jobs);
     for (std::size_t i = 0; i < candidates.size(); ++i) starts.push_back(screen.start({i}));
   }
   std::stable_sort(starts.begin(), starts.end(),

@@ -27,13 +27,13 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
 
 /// What one linear step promises of candidates beside a fit, alone or together, in closed form: all their columns go
 /// through the filter once. A candidate has the columns of its coordinates, and one for what it does at its start.
-class Screen {
+class EffectScreen {
  public:
   ///   so_far  the hypothesis of `from`
   ///   share   of the fit's coefficients, from which the step begins: 1, or 0 for the ship's own, which an effect that
   ///           is missing may have bent
-  Screen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far, std::vector<Candidate> candidates,
-         double share, std::size_t jobs);
+  EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
+               std::vector<Candidate> candidates, double share, std::size_t jobs);
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
   /// ln of the evidence of a set of candidates (places in the list); minus infinity where the simulator runs away.
