@@ -113,7 +113,7 @@ def recordings_of(case):
     rng = np.random.default_rng([case["seed"] & 0xFFFFFFFF, 1])
     ship = m.read_ship(case["ship"])
     out = []
-    mixed = list(rng.permutation(MIXED[:3])) + ["random"]
+    mixed = ["random", *rng.permutation(("zigzag", "turn")), "reciprocal"]
     for k in range(case["trains"] + 1):
         kind = case["campaign"]
         held = k == case["trains"]

@@ -69,8 +69,10 @@ class Model:
         self.K_T_cubic = np.linalg.lstsq(np.stack([np.ones_like(J), J, J**3], 1), quadratic(k, J), rcond=None)[0]
         aspect = self.rd["aspect_ratio"]
         self.lindenburg = 0.41 * (1.0 - math.exp(-17.0 / aspect))
-        slope = 1.98 * (1.0 / 0.56 - self.lindenburg)
-        self.C_N_gain = (2.6252 if self.is_vectwin else self.rd["f_alpha"]) / slope
+        alpha = np.radians(np.linspace(1.0, 35.0, 35))
+        curve = 1.98 * np.sin(alpha) * (1.0 / (0.56 + 0.44 * np.sin(alpha)) - self.lindenburg)
+        plain = (2.6252 if self.is_vectwin else self.rd["f_alpha"]) * np.sin(alpha)
+        self.C_N_gain = float(plain @ curve / (curve @ curve))
         self.thruster_fit = []
         for t in self.ship.get("thrusters", []):
             Fr = np.linspace(0.0, t["u_max_mps"] / math.sqrt(G * self.L), 60)
@@ -141,7 +143,7 @@ class Model:
             Y = N = 0.0
             for x in (np.arange(10) + 0.5) / 10.0 - 0.5:
                 w = v + k * (x * L)
-                f = (1.0 + 1.2 * (4.0 * x * x - 1.0 / 3.0)) * np.abs(w) * w * 0.1
+                f = (1.0 + 0.6 * (4.0 * x * x - 1.0 / 3.0)) * np.abs(w) * w * 0.1
                 Y, N = Y + f, N + f * x
             return Y, N
         half = 0.5 * k * L
@@ -181,7 +183,7 @@ class Model:
             Y, N = Y_v * v * np.abs(u), N_v * v * u
         else:  # resistance falls with Reynolds' number; side force levels off at large drift
             X = X_0 * u * U * (np.maximum(U, 0.05 * self.u_design) / self.u_design) ** -0.12
-            drop = 1.0 / (1.0 + 0.5 * v * v / (U * U + 1e-12))
+            drop = 1.0 / (1.0 + 0.7 * v * v / (U * U + 1e-12))
             Y, N = Y_v * v * np.abs(u) * drop, N_v * v * u * drop
         C_D = h["C_D"] * f["C_D"] * e["C_D_gain"]
         X = X + h["X_vr"] * f["X_vr"] * L * v * r
@@ -264,7 +266,8 @@ class Model:
             alpha = np.arctan2(np.sin(alpha), np.cos(alpha))
         if self.level == 2:
             s = np.sin(alpha)
-            C = self.C_N_gain * 1.98 * s * (1.0 / (0.56 + 0.44 * np.abs(s)) - self.lindenburg)
+            curve = self.C_N_gain * 1.98 * s * (1.0 / (0.56 + 0.44 * np.abs(s)) - self.lindenburg)
+            C = 0.5 * (curve + (2.6252 if self.is_vectwin else self.rd["f_alpha"]) * s)
         elif self.is_vectwin:
             wrapped = delta - np.arctan2(v_R, u_R)
             a = np.abs(wrapped)
@@ -313,17 +316,21 @@ class Model:
                        (9.064, -24.76, -4.256, 25.31, 0.8)))
             b = np.abs(beta)
             for table, d2 in zip(tables, (ds2, dp2)):
-                if self.level == 2:  # one straightening for all quadrants
-                    gammas.append(f["gamma_R"] * 0.5 * np.tanh(6.0 * b))
-                    continue
                 g = [np.clip((k[0] + k[1] * b + (k[2] + k[3] * b) * d2) * b, 0.0, k[4]) for k in table]
-                gammas.append(f["gamma_R"] * np.where(d2 < 0.0, np.where(beta < 0.0, g[1], g[0]), np.where(beta < 0.0, g[3], g[2])))
+                if self.level == 1:
+                    gamma = np.where(d2 < 0.0, np.where(beta < 0.0, g[1], g[0]), np.where(beta < 0.0, g[3], g[2]))
+                else:  # quadrants pass into each other
+                    a, c = 0.5 + 0.5 * np.tanh(d2 / 0.08), 0.5 + 0.5 * np.tanh(beta / 0.04)
+                    gamma = 0.85 * ((1.0 - a) * ((1.0 - c) * g[1] + c * g[0]) + a * ((1.0 - c) * g[3] + c * g[2])) + 0.1 * np.tanh(4.0 * b)
+                gammas.append(f["gamma_R"] * gamma)
             right = r >= 0.0
             if self.level == 1:
                 l_s = np.where(right, np.where(ds2 < 0.0, 0.2, 0.0), np.where(ds2 < 0.0, 0.4, 0.6))
                 l_p = np.where(right, np.where(dp2 < 0.0, 0.6, 0.4), np.where(dp2 < 0.0, 0.0, 0.2))
             else:
-                l_s = l_p = 0.3
+                a, c, e2 = (0.5 + 0.5 * np.tanh(x) for x in (r * self.scale / 0.01, ds2 / 0.08, dp2 / 0.08))
+                l_s = 0.25 * 0.3 + 0.75 * (a * 0.2 * (1.0 - c) + (1.0 - a) * (0.4 + 0.2 * c))
+                l_p = 0.25 * 0.3 + 0.75 * (a * (0.6 - 0.2 * e2) + (1.0 - a) * 0.2 * e2)
             F_s = q * e["k_R"] * e["k_S"] * self._normal_force(u_s, -gammas[0] * v - l_s * rd["x_R_m"] * f["l_R"] * r, ds2)
             F_p = q * e["k_R"] * e["k_P"] * self._normal_force(u_p, -gammas[1] * v - l_p * rd["x_R_m"] * f["l_R"] * r, dp2)
             if "k_pair" in self.active:
@@ -348,7 +355,7 @@ class Model:
                 gamma = np.where(inflow < 0.0, rd["gamma_R_negative"], rd["gamma_R_positive"])
             else:
                 mean, half = 0.5 * (rd["gamma_R_negative"] + rd["gamma_R_positive"]), 0.5 * (rd["gamma_R_negative"] - rd["gamma_R_positive"])
-                gamma = (mean - half * np.tanh(inflow / (0.05 * self.scale))) * (1.0 + 0.15 * np.tanh(np.abs(inflow) / (0.2 * self.scale)))
+                gamma = (mean - half * np.tanh(inflow / (0.02 * self.scale))) * (0.92 + 0.15 * np.tanh(np.abs(inflow) / (0.1 * self.scale)))
             v_R = -gamma * f["gamma_R"] * (v + rd["l_R"] * f["l_R"] * L * r)
             F = q * e["k_R"] * e["k_P"] * self._normal_force(u_R, v_R, delta)
             across, along = F * np.cos(delta), F * np.sin(delta)
