@@ -75,7 +75,8 @@ def family_cases(family, seed, n, classes, draw, **fixed):
 
 def design(which, seed, cases=None, duration_s=None):
     """All cases of a set: smoke, development, nightly, full."""
-    single = [(n,) for n in (*physics.EFFECTS, *physics.SENSORS)] + [("convention",)]
+    single = [(n,) for n in (*physics.EFFECTS, *physics.SENSORS, "convention")]
+    np.random.default_rng(seed_of(seed, "classes")).shuffle(single)  # a small set shows some of all kinds
     outside = [(n,) for n in physics.OUTSIDE]
     sizes = {"smoke": (8, 10, 2, 2, 1, 1, 0), "development": (10, 38, 6, 8, 3, 3, 2), "nightly": (50, 96, 16, 16, 10, 8, 4),
              "full": (500, 40 * len(single), 300, 200, 100, 60, 40)}[which]
