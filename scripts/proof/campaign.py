@@ -227,7 +227,7 @@ class Group:
         """Gradients and the errors that hide effects, of the recordings that the tool is fitted to."""
         rows = range(i * self.per, (i + 1) * self.per - 1)
         gradients = [sep.factor_gradients(self.ship, self.level, track, row, self.factors[i])[1] for row in rows]
-        structural = sep.structural_error(self.ship, self.level, track, rows, self.factors[i], gradients)
+        structural = sep.structural_error(self.ship, self.level, track, rows, self.factors[i], gradients, None if self.cases[i]["wind"] == "hidden" else "recorded")
         return rows, gradients, np.hypot(self.error_sd[i], structural)
 
     def prime(self, i, track, name, strength, shape, analysis):

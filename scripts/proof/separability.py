@@ -90,11 +90,12 @@ def separability(change, gradients, track, kind, scale, error_sd, tau, L):
     return math.sqrt(max(float(y @ y - b @ np.linalg.solve(A, b)), 0.0))
 
 
-def structural_error(ship, level, track, rows, factors, gradients):
-    """Root mean square of what the tool's equations lack at the true coefficients, after coefficients took their share."""
+def structural_error(ship, level, track, rows, factors, gradients, wind="recorded"):
+    """Root mean square of what the tool's equations lack at the true coefficients, after coefficients took their share.
+    A wind that is itself what is missing is left out (wind=None)."""
     if level == 1:
         return np.zeros(3)
-    lack = np.concatenate([(accelerations(ship, level, track, i, factors, {}) - accelerations(ship, 1, track, i, factors, {})) for i in rows], -1)
+    lack = np.concatenate([(accelerations(ship, level, track, i, factors, {}, wind) - accelerations(ship, 1, track, i, factors, {}, wind)) for i in rows], -1)
     G = np.concatenate(gradients, -1)
     size = np.sqrt(np.mean(lack**2, -1)) + 1e-12
     X = np.concatenate([G[:, a] / size[a] for a in range(3)], -1)
