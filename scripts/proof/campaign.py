@@ -252,6 +252,8 @@ class Group:
                     continue
                 effect = physics.ALL[name]
                 shape = effect.draw(rng, self.ship, reach)
+                if name == "unmeasured-wind":  # the one that blows
+                    shape["angle"] = math.radians(self.winds[i]["dir_deg"])
                 if name == "shallow-water":
                     shape["level"] = self.level
                     if self.level == 1:
