@@ -32,9 +32,15 @@ def chosen_of(report):
     return list(report.get("chosen") or [])
 
 
+def physical(report):
+    """Hypotheses on the ship: without entries that tell a fault of a sensor."""
+    faults = set(faults_of(report))
+    return [h for h in report.get("hypotheses") or [] if not (faults and h.get("name") in faults)]
+
+
 def leading(report):
     """The hypothesis that was chosen, else the most probable one."""
-    hypotheses = report.get("hypotheses") or []
+    hypotheses = physical(report)
     faults, wanted = set(faults_of(report)), set(chosen_of(report)) - {"unknown"}
     for h in hypotheses:
         if wanted and set(effects_of(h)) == wanted - faults:
@@ -118,7 +124,8 @@ def judge(key, run, report):
         return out
     chosen, faults = chosen_of(report), faults_of(report)
     ranked, accepted = ranking(report), accepted_set(report)
-    h = (report.get("hypotheses") or [None])[0]
+    hypotheses = physical(report)
+    h = hypotheses[0] if hypotheses else None
     out["verdict"], out["chosen"], out["p_value"] = report.get("verdict"), chosen, report.get("p_value")
     out["alarm"] = report.get("verdict") == "mismatch" or bool(chosen)
     named = [n for n in chosen if n != "unknown"]
@@ -137,9 +144,9 @@ def judge(key, run, report):
     wanted = set(truth) - sensors
     if h is not None and h.get("probability") is not None and in_catalogue:
         out["probability"], out["right"] = h["probability"], set(effects_of(h)) == wanted
-        true_p = sum(g.get("probability") or 0.0 for g in report["hypotheses"] if set(effects_of(g)) == wanted)
-        out["brier"] = sum(((g.get("probability") or 0.0) - (set(effects_of(g)) == wanted)) ** 2 for g in report["hypotheses"])
-        out["brier"] += 0.0 if any(set(effects_of(g)) == wanted for g in report["hypotheses"]) else 1.0
+        true_p = sum(g.get("probability") or 0.0 for g in hypotheses if set(effects_of(g)) == wanted)
+        out["brier"] = sum(((g.get("probability") or 0.0) - (set(effects_of(g)) == wanted)) ** 2 for g in hypotheses)
+        out["brier"] += 0.0 if any(set(effects_of(g)) == wanted for g in hypotheses) else 1.0
         out["log_score"] = -math.log(max(true_p, 1e-6))
     else:
         out["probability"] = out["right"] = None
