@@ -1,4 +1,4 @@
-"""Calls of the tool: kept where the inputs are those of before, with time, peak memory and exit code."""
+"""Calls of the tool: kept where the inputs and the tool are those of before, with time, peak memory and exit code."""
 
 import hashlib
 import json
@@ -18,7 +18,7 @@ def hash_of(files):
 def explain(binaries, ship, trains, held, result, limit_s, options=()):
     """The record of one call, and whether it is new. A call that fails is kept as well."""
     files = [pathlib.Path(ship)] if pathlib.Path(ship).exists() else []
-    hashed = hash_of([*files, *trains, *held])
+    hashed = hash_of([*files, *trains, *held, binaries / "gap-explain"])
     mark = result / "run.json"
     if mark.exists():
         before = json.loads(mark.read_text(encoding="utf-8"))
