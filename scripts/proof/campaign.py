@@ -1,0 +1,345 @@
+"""The cases: which families, how many, with what nuisances (Latin hypercube inside each class), and their making."""
+
+import hashlib
+import json
+import math
+import pathlib
+
+import numpy as np
+
+import excitation
+import model as m
+import physics
+import recording
+import separability as sep
+
+NULLS = {  # family: (nuisances that are not drawn, level)
+    "null-noise": dict(wrong=0.0, error=0.0, noise="paper", level=1),
+    "null-parameters": dict(wrong=0.10, error=0.0, noise="paper", level=1),
+    "null-corrupted": dict(wrong=0.05, error=1e-4),
+    "null-model-error": dict(wrong=0.10),
+    "null-structure": dict(wrong=0.20),
+}
+LEVELS = dict(wrong=(0.0, 0.05, 0.10, 0.20), error=(0.0, 1e-4, 5e-4, 1e-3), noise=recording.KINDS)
+PRIMES = (3.0, 6.0, 12.0, 30.0)
+CAMPAIGNS = ("mixed", "mixed", "mixed", "random", "zigzag", "turn", "reciprocal", "straight")
+MIXED = ("zigzag", "turn", "random", "reciprocal")
+SHIPS = ("vectwin-3m", "esso-osaka-3m")
+DECOYS = (("fouling", "thrust-loss"), ("wake", "rudder-effectiveness"))
+PAIRS = (("steady-current", "rudder-offset"), ("unmeasured-wind", "steady-current"), ("wave-drift", "rudder-effectiveness"),
+         ("thrust-loss", "rudder-offset"), ("actuator-delay", "steady-current"), ("shallow-water", "steady-current"),
+         ("heading-latency", "rudder-offset"), ("log-scale", "steady-current"), ("cross-flow-drag", "unmeasured-wind"), ("tug", "rudder-offset"))
+
+
+def seed_of(*words):
+    return int.from_bytes(hashlib.sha256("/".join(map(str, words)).encode()).digest()[:8], "big")
+
+
+def hypercube(rng, n, levels):
+    """n draws of each factor, its levels as even as can be, in independent orders."""
+    out = {}
+    for name, values in levels.items():
+        order = rng.permutation(n)
+        out[name] = [values[int(k * len(values) / n)] if n >= len(values) else values[int(rng.integers(len(values)))] for k in order]
+    return out
+
+
+def family_cases(family, seed, n, classes, draw, **fixed):
+    """n cases in a family, classes in turn."""
+    rng = np.random.default_rng(seed_of(seed, family))
+    cube = hypercube(rng, n, {**LEVELS, "ship": SHIPS, "campaign": CAMPAIGNS, "prime": PRIMES, "wind": ("measured", "measured", "calm")})
+    cases = []
+    for k in range(n):
+        case = {"id": f"{family}-{k:03d}", "family": family, "names": [], "level": 2, "seed": seed_of(seed, family, k), "prime": None}
+        case.update({f: cube[f][k] for f in ("wrong", "error", "noise", "ship", "campaign", "wind")})
+        case.update(fixed)
+        if draw is not None:
+            names = classes[k % len(classes)]
+            case["names"] = list(names)
+            case["prime"] = fixed.get("prime") or (PRIMES[(k // len(classes) + k) % len(PRIMES)] if n > 4 * len(classes) else cube["prime"][k])
+            for name in names:
+                effect = physics.ALL.get(name)
+                if effect is None:
+                    continue
+                if not effect.fits(case["ship"]):
+                    case["ship"] = next(s for s in SHIPS if effect.fits(s))
+                if effect.needs == "wind":
+                    case["wind"] = "measured"
+                if effect.needs == "hidden":
+                    case["wind"] = "hidden"
+                if effect.prefer and case["campaign"] not in effect.prefer and fixed.get("campaign") is None:
+                    case["campaign"] = "mixed"
+        cases.append(case)
+    return cases
+
+
+def design(which, seed, cases=None, duration_s=None):
+    """All cases of a set: smoke, development, nightly, full."""
+    single = [(n,) for n in (*physics.EFFECTS, *physics.SENSORS, "convention")]
+    np.random.default_rng(seed_of(seed, "classes")).shuffle(single)  # a small set shows some of all kinds
+    outside = [(n,) for n in physics.OUTSIDE]
+    sizes = {"smoke": (8, 10, 2, 2, 1, 1, 0), "development": (10, 38, 6, 8, 3, 3, 2), "nightly": (50, 96, 16, 16, 10, 8, 4),
+             "full": (500, 40 * len(single), 300, 200, 100, 60, 40)}[which]
+    if cases is not None:
+        sizes = [max(1, round(n * cases / sum(sizes))) for n in sizes]
+    nulls, singles, pairs, outs, berthing, crime, decoys = sizes
+    out = []
+    families = list(NULLS)
+    for i, family in enumerate(families):
+        n = nulls // len(families) + (i < nulls % len(families))
+        out += family_cases(family, seed, n, [()], None, **NULLS[family]) if n else []
+    if which == "smoke":
+        easy = [(n,) for n in ("steady-current", "rudder-offset", "actuator-delay", "unmeasured-wind", "log-scale", "heading-latency", "earth-force",
+                               "tug", "lever-arm", "heading-bias")]
+        out += family_cases("single", seed, singles, easy, True, prime=30.0, campaign="mixed", error=1e-4, wrong=0.05, noise="paper")
+    else:
+        out += family_cases("single", seed, singles, single, True)
+    out += family_cases("pair", seed, pairs, PAIRS, True, prime=12.0, campaign="mixed")
+    out += family_cases("outside", seed, outs, outside, True, prime=30.0)
+    out += family_cases("berthing", seed, berthing, [("steady-current",), ("thruster-gain",), ("unmeasured-wind",), ("rudder-offset",), ()], True,
+                        campaign="berthing")
+    out += family_cases("inverse-crime", seed, crime, single, True, level=1, campaign="mixed")
+    out += family_cases("decoy", seed, decoys, DECOYS, True, prime=12.0, campaign="mixed", decoy=True) if decoys else []
+    for case in out:
+        if not case["names"]:
+            case["prime"] = None
+        case["duration_s"] = duration_s or {"smoke": 100.0, "full": 500.0}.get(which, 240.0)
+        case["trains"] = 2 if which == "smoke" else 3
+        case["sample_s"] = 1.0
+    return out
+
+
+def recordings_of(case):
+    """Recordings of a case: what the pilots are told. The last one is held out."""
+    rng = np.random.default_rng([case["seed"] & 0xFFFFFFFF, 1])
+    ship = m.read_ship(case["ship"])
+    out = []
+    mixed = ["random", *rng.permutation(("zigzag", "turn")), "reciprocal"]
+    for k in range(case["trains"] + 1):
+        kind = case["campaign"]
+        held = k == case["trains"]
+        if kind == "mixed":
+            kind = str(rng.choice(MIXED)) if held else str(mixed[k])
+        out.append({"kind": kind, "held": held, "seed": int(rng.integers(2**31)), "heading_deg": float(rng.uniform(0.0, 360.0)) if kind != "straight" else float(rng.uniform(-20.0, 20.0)),
+                    "rudder_deg": float(rng.choice((-1, 1)) * rng.choice((10, 15, 20, 25, 35) if kind == "turn" else (10, 15, 20))),
+                    "turn_by_deg": float(rng.choice((10, 20))), "n_share": float(rng.uniform(0.8, 1.3)), "u_share": float(rng.uniform(0.8, 1.2)),
+                    "start_share": float(rng.uniform(0.5, 1.0)), "gentle": bool(rng.random() < 0.4)})
+    del ship
+    return out
+
+
+class Group:
+    """Cases that are simulated together: one ship, level and length."""
+
+    def __init__(self, cases):
+        self.cases, self.ship_name, self.level = cases, cases[0]["ship"], cases[0]["level"]
+        self.ship = m.read_ship(self.ship_name)
+        self.T, self.L = physics.scale(self.ship), self.ship["particulars"]["L_pp_m"]
+        self.duration, self.sample_s = cases[0]["duration_s"] * round(self.T), cases[0]["sample_s"]
+        self.recordings = [recordings_of(c) for c in cases]
+        self.per = len(self.recordings[0])
+        self.factors = [self._factors(c) for c in cases]
+        self.knot = excitation.KNOT_S * self.T
+        rngs = [np.random.default_rng([c["seed"] & 0xFFFFFFFF, 2]) for c in cases]
+        self.tau = [float(r.uniform(10.0, 30.0)) * self.T for r in rngs]
+        self.error_sd = [np.array([c["error"], c["error"], c["error"] / (0.25 * self.L)]) for c in cases]
+        self.error = np.stack([np.stack([excitation.ou_path(r, sd, tau, self.duration, self.knot) for sd in sds], 1)
+                               for r, sds, tau in zip(rngs, self.error_sd, self.tau) for _ in range(self.per)])
+        self.winds, unit = [], []
+        for c, r in zip(cases, rngs):
+            wind = {"speed_mps": float(r.uniform(0.5, 1.5)) * self.T, "dir_deg": float(r.uniform(0.0, 360.0)), "gust": float(r.uniform(0.08, 0.15))}
+            self.winds.append(wind)
+            hidden = c["wind"] == "hidden"
+            for _ in range(self.per):
+                unit.append(np.zeros((int(self.duration / self.knot) + 3, 2)) if c["wind"] == "calm" else
+                            excitation.wind_path(r, {**wind, "speed_mps": self.T} if hidden else wind, self.duration, self.knot, self.T))
+        self.unit_wind = np.stack(unit)
+        self.plans = [{} for _ in cases]  # name: (shape, strength)
+
+    def _factors(self, case):
+        rng = np.random.default_rng([case["seed"] & 0xFFFFFFFF, 3])
+        return {k: math.exp(case["wrong"] * m.PRIOR[k] / 0.15 * rng.standard_normal()) if case["wrong"] else 1.0 for k in m.FACTORS}
+
+    def effects_of(self, i, only=None):
+        numbers = {}
+        for name, (shape, strength) in self.plans[i].items():
+            if name in physics.ALL and physics.ALL[name].kind in ("force", "actuator") and (only is None or name == only):
+                numbers.update(physics.ALL[name].at(strength, shape, self.ship)[0])
+        return numbers
+
+    def faults_of(self, i):
+        faults = {}
+        for name, (shape, strength) in self.plans[i].items():
+            if name == "anemometer" or name in physics.SENSORS:
+                faults.update(physics.ALL[name].at(strength, shape, self.ship)[1])
+            if name == "convention":
+                faults["wind_to"] = True
+        return faults
+
+    def wind_gain(self, i):
+        return self.plans[i]["unmeasured-wind"][1] if "unmeasured-wind" in self.plans[i] else 0.0 if self.cases[i]["wind"] == "hidden" else 1.0
+
+    def simulate(self, with_effects, dt):
+        numbers = {}
+        for i in range(len(self.cases)):
+            for k, v in (self.effects_of(i) if with_effects else {}).items():
+                numbers.setdefault(k, np.full(len(self.cases) * self.per, m.NEUTRAL[k]))[i * self.per:(i + 1) * self.per] = v
+                if k == "tug":  # one recording only
+                    numbers[k][i * self.per + 1:(i + 1) * self.per] = 0.0
+        factors = {k: np.repeat([f[k] for f in self.factors], self.per) for k in m.FACTORS}
+        truth = m.Model(self.ship, self.level, factors, numbers)
+        if any(set(c["names"]) & {"wake-memory", "swinging-tank"} for c in self.cases):
+            truth.active |= {"memory", "tank"}
+        hidden = np.repeat([self.wind_gain(i) if with_effects else (0.0 if c["wind"] == "hidden" else 1.0) for i, c in enumerate(self.cases)], self.per)
+        flat = [r for rs in self.recordings for r in rs]
+        track = excitation.simulate(truth, flat, self.duration, dt, self.sample_s, self.unit_wind * hidden[:, None, None], self.error)
+        bad = ~np.isfinite(track["u"]).all(1)
+        if bad.any():
+            raise RuntimeError(f"{self.ship_name}: {bad.sum()} tracks are not finite")
+        return track
+
+    def change(self, i, track, name, strength, shape, rows):
+        """Change of accelerations by an effect, by recording."""
+        effect, out = physics.ALL.get(name), []
+        for row in rows:
+            if name == "unmeasured-wind":
+                k = track["t"] / self.knot
+                at = np.minimum(k.astype(int), self.unit_wind.shape[1] - 2)
+                w = self.unit_wind[row, at].T * strength
+                a, b = (sep.accelerations(self.ship, self.level, track, row, self.factors[i], {}, w),
+                        sep.accelerations(self.ship, self.level, track, row, self.factors[i], {}, (0.0 * w[0], 0.0 * w[1])))
+            elif name in ("anemometer", "convention"):
+                clean = recording.columns_of(track, row)
+                faulty = recording.with_faults(clean, {"wind_to": True} if name == "convention" else effect.at(strength, shape, self.ship)[1])
+                xi = np.radians(faulty["wind_dir_deg"])
+                a = sep.accelerations(self.ship, self.level, track, row, self.factors[i], {})
+                b = sep.accelerations(self.ship, self.level, track, row, self.factors[i], {},
+                                      (faulty["wind_speed_mps"] * np.cos(xi), faulty["wind_speed_mps"] * np.sin(xi)))
+            else:
+                numbers = effect.at(strength, shape, self.ship)[0]
+                if name == "tug" and row % self.per:
+                    numbers = {}
+                a, b = (sep.accelerations(self.ship, self.level, track, row, self.factors[i], n) for n in (numbers, {}))
+            out.append(a - b)
+        return out
+
+    def analyse(self, i, track):
+        """Gradients and the errors that hide effects, of the recordings that the tool is fitted to."""
+        rows = range(i * self.per, (i + 1) * self.per - 1)
+        gradients = [sep.factor_gradients(self.ship, self.level, track, row, self.factors[i])[1] for row in rows]
+        structural = sep.structural_error(self.ship, self.level, track, rows, self.factors[i], gradients, None if self.cases[i]["wind"] == "hidden" else "recorded")
+        return rows, gradients, np.hypot(self.error_sd[i], structural)
+
+    def prime(self, i, track, name, strength, shape, analysis):
+        rows, gradients, hiding = analysis
+        if name in physics.SENSORS:
+            faults = physics.SENSORS[name].at(strength, shape, self.ship)[1]
+            return sep.sensor_separability([recording.columns_of(track, r) for r in rows], faults, self.cases[i]["noise"], self.T)
+        return sep.separability(self.change(i, track, name, strength, shape, rows), gradients, track, self.cases[i]["noise"], self.T, hiding, self.tau[i], self.L)
+
+    def plan(self, track):
+        """Shapes, and strengths that reach the wanted d' on the track without effects."""
+        for i, case in enumerate(self.cases):
+            if not case["names"]:
+                continue
+            rng = np.random.default_rng([case["seed"] & 0xFFFFFFFF, 4])
+            rows = range(i * self.per, (i + 1) * self.per)
+            reach = {"x": track["x"][rows.start:rows.stop], "y": track["y"][rows.start:rows.stop], "duration": self.duration}
+            analysis = self.analyse(i, track)
+            for name in case["names"]:
+                if name == "convention":
+                    self.plans[i][name] = ({}, 1.0)
+                    continue
+                effect = physics.ALL[name]
+                shape = effect.draw(rng, self.ship, reach)
+                if name == "unmeasured-wind":  # the one that blows
+                    shape["angle"] = math.radians(self.winds[i]["dir_deg"])
+                if name == "shallow-water":
+                    shape["level"] = self.level
+                    if self.level == 1:
+                        shape["slack"] = [0.0] * 6
+                low, high = effect.most * 1e-4, effect.most
+                if name == "actuator-rate":
+                    low = 1.0
+                for _ in range(14):
+                    middle = math.sqrt(low * high)
+                    if self.prime(i, track, name, middle, shape, analysis) < case["prime"]:
+                        low = middle
+                    else:
+                        high = middle
+                self.plans[i][name] = (shape, high)
+
+    def realised(self, track, adjust):
+        """d' on the tracks with the effects; `adjust` rescales strengths towards what is wanted. Returns [{name: d'}]."""
+        out = []
+        for i, case in enumerate(self.cases):
+            found = {}
+            if case["names"]:
+                analysis = self.analyse(i, track)
+                for name in case["names"]:
+                    shape, strength = self.plans[i][name]
+                    d = found[name] = self.prime(i, track, name, strength, shape, analysis)
+                    if adjust and name != "convention" and d > 1e-6:
+                        most = physics.ALL[name].most
+                        self.plans[i][name] = (shape, min(most, strength * min(max(case["prime"] / d, 0.3), 3.0)))
+            out.append(found)
+        return out
+
+    def make(self, dt):
+        base = self.simulate(False, dt)
+        self.plan(base)
+        if not any(c["names"] for c in self.cases):
+            return base, [{} for _ in self.cases]
+        track = self.simulate(True, dt)
+        found = self.realised(track, False)
+        off = [abs(math.log(max(d, 1e-3) / c["prime"])) > 0.3 and physics.ALL.get(n) is not None and self.plans[i][n][1] < 0.99 * physics.ALL[n].most
+               for i, c in enumerate(self.cases) for n, d in found[i].items() if n != "convention"]
+        if any(off):
+            self.realised(track, True)
+            track = self.simulate(True, dt)
+            found = self.realised(track, False)
+        return track, found
+
+    def write(self, folder, keys, track, found):
+        for i, case in enumerate(self.cases):
+            to, secret = folder / case["id"], keys / case["id"]
+            to.mkdir(parents=True, exist_ok=True)
+            secret.mkdir(parents=True, exist_ok=True)
+            given = json.loads(json.dumps(self.ship))
+            (to / "ship.json").write_text(json.dumps(given, indent=1), encoding="utf-8")
+            faults, rng = self.faults_of(i), np.random.default_rng([case["seed"] & 0xFFFFFFFF, 5])
+            leave = () if case["wind"] == "measured" else ("wind_speed_mps", "wind_dir_deg")
+            names, truths = [], {}
+            for k, r in enumerate(self.recordings[i]):
+                clean = recording.columns_of(track, i * self.per + k)
+                noisy = recording.with_noise(recording.with_faults(clean, faults), case["noise"], self.T, rng)
+                name = f"held-{k - case['trains'] + 1}.csv" if r["held"] else f"train-{k + 1}.csv"
+                recording.write_csv(to / name, noisy, leave)
+                recording.write_csv(secret / name, clean, leave)
+                truths[name] = hashlib.sha256((secret / name).read_bytes()).hexdigest()
+                names.append(name)
+            truth = {}
+            for name in case["names"]:
+                shape, strength = self.plans[i][name]
+                parameters = physics.ALL[name].at(strength, shape, self.ship)[1] if name in physics.ALL else {}
+                truth[name] = {"parameters": parameters, "strength": strength, "d_prime": found[i].get(name), "at_most": name in physics.ALL and strength >= 0.99 * physics.ALL[name].most}
+                if name == "tug":
+                    truth[name]["file"] = "train-1.csv"
+            key = {**case, "seed": str(case["seed"]), "truth": truth, "wind_truth": self.winds[i] if case["wind"] == "measured" else None, "tau_s": self.tau[i],
+                   "factors": {k: round(v, 6) for k, v in self.factors[i].items()}, "recordings": [{**r, "file": n} for r, n in zip(self.recordings[i], names)],
+                   "noise_free": truths}
+            (keys / f"{case['id']}.json").write_text(json.dumps(key, indent=1, sort_keys=True), encoding="utf-8")
+
+
+def seal(keys):
+    lines = [f"{hashlib.sha256(f.read_bytes()).hexdigest()}  {f.name}" for f in sorted(keys.glob("*.json"))]
+    (keys.parent / "keys.sha256").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def broken_seals(keys):
+    """Names of keys that are not those that were sealed."""
+    sealed = dict(reversed(line.split("  ")) for line in (keys.parent / "keys.sha256").read_text(encoding="utf-8").split("\n") if line)
+    there = {f.name: hashlib.sha256(f.read_bytes()).hexdigest() for f in keys.glob("*.json")}
+    return sorted(n for n in sealed.keys() | there.keys() if sealed.get(n) != there.get(n))
+
+

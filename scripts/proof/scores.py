@@ -1,0 +1,173 @@
+"""Scores of docs/proof.md from reports, ship files and keys. A report's absent fields count as not given."""
+
+import math
+
+DECISION_PRIME = 6.0
+NEVER_NAMED = {"body-force", "earth-force"}  # generic names: in the catalogue as competitors, scored as all others
+ANGLES = ("current_set_deg", "wind_dir_deg", "wave_from_deg", "direction_deg", "wall_direction_deg")
+
+
+def wilson(k, n, z=1.959963985):
+    """95 % limits of a rate."""
+    if n == 0:
+        return 0.0, 1.0
+    p, q = k / n, z * z / n
+    middle, half = (p + 0.5 * q) / (1.0 + q), z * math.sqrt(p * (1.0 - p) / n + q / (4.0 * n)) / (1.0 + q)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def effects_of(hypothesis):
+    """Names of the effects of a hypothesis."""
+    if "effects" in hypothesis:
+        return list(hypothesis["effects"])
+    name = hypothesis.get("name", "none")
+    return [] if name == "none" else name.split(" + ")
+
+
+def faults_of(report):
+    return [f.get("name") for f in (report.get("audit") or {}).get("faults") or []]
+
+
+def chosen_of(report):
+    return list(report.get("chosen") or [])
+
+
+def physical(report):
+    """Hypotheses on the ship: without entries that tell a fault of a sensor."""
+    faults = set(faults_of(report))
+    return [h for h in report.get("hypotheses") or [] if not (faults and h.get("name") in faults)]
+
+
+def leading(report):
+    """The hypothesis that was chosen, else the most probable one."""
+    hypotheses = physical(report)
+    faults, wanted = set(faults_of(report)), set(chosen_of(report)) - {"unknown"}
+    for h in hypotheses:
+        if wanted and set(effects_of(h)) == wanted - faults:
+            return h
+    return hypotheses[0] if hypotheses else None
+
+
+def ranking(report):
+    """Names, most believed first: what was chosen, then the effects of the hypotheses."""
+    out = [n for n in chosen_of(report)]
+    for h in sorted(report.get("hypotheses") or [], key=lambda h: -(h.get("probability") or 0.0)):
+        out += [n for n in effects_of(h) if n not in out]
+    return [n for n in out if n != "unknown"]
+
+
+def accepted_set(report):
+    """Hypotheses that the report does not tell from the first: list of lists of names. Faults of sensors are members of all."""
+    faults = faults_of(report)
+    h = leading(report)
+    if not chosen_of(report):
+        return []
+    if h is None or not effects_of(h):
+        return [faults] if faults else []
+    names = {g.get("name"): effects_of(g) for g in report.get("hypotheses") or []}
+    out = [faults + effects_of(h)]
+    for other in h.get("confusable_with") or []:
+        members = names.get(other, [] if other == "none" else other.split(" + "))
+        if members and faults + members not in out:
+            out.append(faults + members)
+    return out
+
+
+def stated(report, name):
+    """Parameters that the report states for an effect or fault: {parameter: (estimate, low, high)}."""
+    out = {}
+    h = leading(report)
+    if h is not None and name in effects_of(h):
+        for key, p in (h.get("parameters") or {}).items():
+            if p.get("effect", name) == name and p.get("estimate") is not None:
+                low, high = (p.get("ci95") or (None, None))[:2]
+                out[key.split("/")[-1]] = (p["estimate"], low, high)
+    for f in (report.get("audit") or {}).get("faults") or []:
+        if f.get("name") == name:
+            for key, p in (f.get("parameters") or {}).items():
+                if p.get("estimate") is not None and p.get("sd") is not None:
+                    out[key] = (p["estimate"], p["estimate"] - 1.96 * p["sd"], p["estimate"] + 1.96 * p["sd"])
+    return out
+
+
+def difference(name, a, b):
+    return (a - b + 180.0) % 360.0 - 180.0 if name in ANGLES else a - b
+
+
+def quantities(report, key):
+    """Rows (name, parameter, truth, estimate, covered or None, relative error or None) of what was named rightly."""
+    rows = []
+    for name in set(key["truth"]) & set(chosen_of(report)):
+        given = stated(report, name)
+        for parameter, true in key["truth"][name]["parameters"].items():
+            if parameter not in given or true is None:
+                continue
+            estimate, low, high = given[parameter]
+            covered = None
+            if low is not None and high is not None:
+                covered = difference(parameter, low, true) <= 0.0 <= difference(parameter, high, true)
+            relative = None if parameter in ANGLES or abs(true) < 1e-9 else abs(estimate - true) / abs(true)
+            rows.append((name, parameter, true, estimate, covered, relative))
+    return rows
+
+
+def judge(key, run, report):
+    """One case in numbers that can be counted."""
+    truth = list(key["names"])
+    primes = [key["truth"].get(n, {}).get("d_prime") for n in truth]
+    known = [d for d in primes if d is not None and math.isfinite(d)]
+    out = {"id": key["id"], "family": key["family"], "truth": truth, "d_prime": min(known) if known else None, "level": key["level"], "ship": key["ship"],
+           "campaign": key["campaign"], "failed": run.get("exit_code") != 0 or report is None, "wall_s": run.get("wall_s"), "peak_kB": run.get("peak_kB")}
+    if out["failed"]:
+        out.update({"alarm": False, "verdict": None, "chosen": [], "first": False, "ranked": None, "top3": False, "set_ok": False, "set_size": 0, "both": False,
+                    "unknown": False, "quantities": [], "probability": None, "right": None})
+        return out
+    chosen, faults = chosen_of(report), faults_of(report)
+    ranked, accepted = ranking(report), accepted_set(report)
+    hypotheses = physical(report)
+    h = hypotheses[0] if hypotheses else None
+    out["verdict"], out["chosen"], out["p_value"] = report.get("verdict"), chosen, report.get("p_value")
+    out["alarm"] = report.get("verdict") == "mismatch" or bool(chosen)
+    named = [n for n in chosen if n != "unknown"]
+    out["first"] = bool(truth) and bool(named) and named[0] in truth
+    out["exact"] = set(named) == set(truth)
+    out["ranked"] = ranked[:3]
+    out["ranked_first"] = bool(truth) and bool(ranked) and ranked[0] in truth
+    out["top3"] = bool(truth) and bool(set(ranked[:3]) & set(truth))
+    out["both"] = len(truth) > 1 and set(truth) <= set(named)
+    out["set_ok"] = bool(truth) and any(set(truth) <= set(members) for members in accepted)
+    out["set_size"] = len(accepted)
+    out["unknown"] = "unknown" in chosen
+    out["quantities"] = quantities(report, key)
+    sensors = set(faults) | {"convention"}
+    in_catalogue = key["family"] != "outside"
+    wanted = set(truth) - sensors
+    if h is not None and h.get("probability") is not None and in_catalogue:
+        out["probability"], out["right"] = h["probability"], set(effects_of(h)) == wanted
+        true_p = sum(g.get("probability") or 0.0 for g in hypotheses if set(effects_of(g)) == wanted)
+        out["brier"] = sum(((g.get("probability") or 0.0) - (set(effects_of(g)) == wanted)) ** 2 for g in hypotheses)
+        out["brier"] += 0.0 if any(set(effects_of(g)) == wanted for g in hypotheses) else 1.0
+        out["log_score"] = -math.log(max(true_p, 1e-6))
+    else:
+        out["probability"] = out["right"] = None
+    return out
+
+
+def calibration(rows, bins=10):
+    """Expected calibration error and its table: (low, high, cases, mean stated, share right)."""
+    rows = [r for r in rows if r.get("probability") is not None]
+    table, error = [], 0.0
+    for b in range(bins):
+        inside = [r for r in rows if b / bins <= r["probability"] < (b + 1) / bins or (b == bins - 1 and r["probability"] >= 1.0)]
+        if inside:
+            said, was = sum(r["probability"] for r in inside) / len(inside), sum(bool(r["right"]) for r in inside) / len(inside)
+            table.append((b / bins, (b + 1) / bins, len(inside), said, was))
+            error += len(inside) / len(rows) * abs(said - was)
+    return (error if rows else None), table
+
+
+def gap_closed(before, after, oracle, least=0.1):
+    """Share of the oracle's gain in mean log error that was won; None where the oracle wins less than `least`."""
+    if None in (before, after, oracle) or before - oracle < least:
+        return None
+    return (before - after) / (before - oracle)
