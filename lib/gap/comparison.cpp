@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kLessPromising = 5.0;  // nats of a start behind the best: not tried
 constexpr double kGainSd = 2.0;         // standard errors by which what was held out must be predicted better
+constexpr double kStrongOdds = 5.0;     // nats
 constexpr double kUnexcited = 0.01;     // nats
 constexpr int kRefitIterations = 20;
 constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may differ
@@ -390,8 +391,9 @@ std::vector<double> Comparison::probabilities() const {
 
 bool Comparison::holds(std::size_t better, std::size_t than, double p_value) const {
   const auto [sum, sd] = gain(all_[better], all_[than]);
-  const double rate = options_.false_alarm, least = p_value < rate * rate ? 1.0 : kGainSd;
-  return sum > 0.0 && sum > least * sd && log_odds(better) > log_odds(than) && is_significant(all_[better]);
+  const double rate = options_.false_alarm, odds = log_odds(better) - log_odds(than);
+  const double least = than != 0 && odds > kStrongOdds ? 0.0 : p_value < rate * rate ? 1.0 : kGainSd;
+  return sum > 0.0 && sum > least * sd && odds > 0.0 && is_significant(all_[better]);
 }
 
 bool Comparison::is_significant(const Fitted& fitted) const {

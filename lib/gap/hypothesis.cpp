@@ -17,6 +17,10 @@ namespace {
 constexpr double kFullScale_m = 20.0;                      // longer ships take the priors for 150 m
 constexpr double kDirectionUnit_deg = 143.61952130254163;  // 360/sqrt(2 pi)
 constexpr std::size_t kDraws = 4000;                       // for intervals of parameters that bend with z
+// Of the logarithm of a factor that is missing physics: wider than what a coefficient's own uncertainty explains, so that
+// the factor and not the coefficient takes what is off.
+constexpr double kFactorSd = 0.6;
+constexpr double kLeastFactor = 0.02, kMostFactor = 5.0;
 constexpr double kFarthest = 8.0;                          // sd, beyond which a coordinate is not followed
 
 double in_circle_deg(double angle_deg) {
@@ -37,7 +41,11 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& ch
   const bool is_full_scale = ship.particulars.L_pp > kFullScale_m;
   const auto prior = [&](const EffectParameter& p) {
     const auto other = choice.priors.find(std::string(p.name));
-    return other != choice.priors.end() ? other->second : is_full_scale ? p.at_150m : p.at_3m;
+    if (other != choice.priors.end()) return other->second;
+    const Prior& stated = is_full_scale ? p.at_150m : p.at_3m;
+    if (stated.kind != Prior::Kind::log_normal || p.off != 1.0) return stated;
+    return log_normal(stated.median, std::max(stated.sd, kFactorSd), std::max(p.low, kLeastFactor),
+                      std::min(p.high, kMostFactor));
   };
   for (std::size_t i = 0; i < parameters_.size(); ++i) {
     const EffectParameter& p = parameters_[i];

@@ -19,7 +19,8 @@ namespace leeway::gap {
 ///   - log-normal, normal, uniform: (ln x - ln median)/sd, (x - median)/sd, inverse normal distribution of the share of
 ///     the range.
 ///
-/// Parameters that have a default and no neutral value (a place, a shape) keep the default, unless they are freed.
+/// A factor on something (1: nothing is missing) gets a log-sd of at least 0.6: stated coefficients have their own
+/// uncertainty already. Parameters that have a default and no neutral value (a place, a shape) keep the default, unless they are freed.
 class FreeEffect {
  public:
   struct Choice {
