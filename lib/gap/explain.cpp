@@ -24,6 +24,7 @@ constexpr double kPairGain = 10.0;        // nats by which a pair must promise m
 constexpr double kNotExcluded = 0.1;      // of the probability: what is not excluded against a hypothesis
 constexpr double kPossible = 0.01;        // probability that is worth a word
 constexpr double kUnexplained = 0.5;      // of the model error's energy that what is named must take away
+constexpr double kOverwhelming = 7.0;     // nats: then p-values that are only close to the stated rate do
 constexpr double kOfPlaces = 5.0;         // nats for a residual that depends on the position: walls and lines are tried
 constexpr double kNegligible = 0.05;      // of the evidence of what is named: what is left is not worth a word
 
@@ -154,20 +155,60 @@ std::vector<ShipOnRuns> by_recording(const Hypothesis& hypothesis, const Eigen::
   return result;
 }
 
-Explained told(const Fault& fault) {
-  Explained result;
-  result.name = fault.name;
-  result.effects = {fault.name};
-  result.sentence = fault.sentence;
-  result.heldout_gain = fault.heldout_gain;
-  result.heldout_gain_sd = fault.heldout_gain_sd;
-  result.log_evidence = fault.heldout_gain;
-  result.probability = 1.0 - std::clamp(fault.p_value, 0.0, 1.0);
-  result.converged = true;
-  for (const Estimate& e : fault.parameters)
-    result.parameters.push_back(
-        {fault.name, e.name, "", e.value, e.sd, e.value - 1.96 * e.sd, e.value + 1.96 * e.sd, kMissing, kMissing});
-  return result;
+// Something that the catalogue does not hold, beside what was chosen: as probable as its p-value lets it be. The
+// p-value bounds the odds for nothing by -e p ln p (Sellke, Bayarri & Berger 2001, The American Statistician 55,
+// 62-71).
+void add_unknown(Explanation& explanation, const Hypothesis& chosen, double p_value) {
+  const double p = std::clamp(p_value, 1e-300, std::exp(-1.0)), odds = -std::exp(1.0) * p * std::log(p);
+  for (Explained& hypothesis : explanation.hypotheses) hypothesis.probability *= odds / (1.0 + odds);
+  Explained unknown;
+  unknown.effects = chosen.names();
+  unknown.effects.push_back("unknown");
+  unknown.name = fmt::format("{}", fmt::join(unknown.effects, " + "));
+  unknown.probability = 1.0 / (1.0 + odds);
+  unknown.sentence = "Something acts that the catalogue does not hold.";
+  unknown.separating_maneuver = "the maneuvers in which what is left is largest";
+  explanation.hypotheses.push_back(std::move(unknown));
+}
+
+// Faults of sensors and conventions were settled first and taken out: each hypothesis has them, but that nothing at all
+// is wrong.
+void add_sensors(Explanation& explanation, const Findings& findings) {
+  double all_chance = 0.0;  // that one of them is none
+  Explained sensors;
+  const auto add = [&](const std::string& name, const std::string& sentence, double p_value) {
+    explanation.verdict = Verdict::mismatch;
+    explanation.p_value = std::min(explanation.p_value, p_value);
+    explanation.chosen.insert(explanation.chosen.begin(), name);
+    sensors.effects.insert(sensors.effects.begin(), name);
+    sensors.sentence = sensors.sentence.empty() ? sentence : sentence + " " + sensors.sentence;
+    all_chance = 1.0 - (1.0 - all_chance) * (1.0 - std::clamp(p_value, 0.0, 1.0));
+  };
+  for (const Reading& reading : findings.conventions.contradicted) add("convention", reading.sentence, 0.0);
+  for (const Fault& fault : findings.audit.faults) {
+    add(fault.name, fault.sentence, fault.p_value);
+    sensors.log_evidence += fault.heldout_gain;
+    sensors.heldout_gain += fault.heldout_gain;
+    sensors.heldout_gain_sd = std::hypot(sensors.heldout_gain_sd, fault.heldout_gain_sd);
+    for (const Estimate& e : fault.parameters)
+      sensors.parameters.push_back(
+          {fault.name, e.name, "", e.value, e.sd, e.value - 1.96 * e.sd, e.value + 1.96 * e.sd, kMissing, kMissing});
+  }
+  if (sensors.effects.empty()) return;
+  Explained nothing = *std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
+                                    [](const Explained& hypothesis) { return hypothesis.effects.empty(); });
+  nothing.probability = all_chance;
+  for (Explained& hypothesis : explanation.hypotheses) {
+    hypothesis.probability *= 1.0 - all_chance;
+    hypothesis.sentence = hypothesis.effects.empty() ? sensors.sentence : sensors.sentence + " " + hypothesis.sentence;
+    hypothesis.effects.insert(hypothesis.effects.begin(), sensors.effects.begin(), sensors.effects.end());
+    hypothesis.name = fmt::format("{}", fmt::join(hypothesis.effects, " + "));
+    hypothesis.log_evidence += sensors.log_evidence;
+    hypothesis.heldout_gain += sensors.heldout_gain;
+    hypothesis.heldout_gain_sd = std::hypot(hypothesis.heldout_gain_sd, sensors.heldout_gain_sd);
+    hypothesis.parameters.insert(hypothesis.parameters.begin(), sensors.parameters.begin(), sensors.parameters.end());
+  }
+  explanation.hypotheses.push_back(std::move(nothing));
 }
 
 }  // namespace
@@ -230,7 +271,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     return effect == "tug" ? tug_in(findings.located.intervals.front(), campaign) : FreeEffect::Choice();
   };
   // Not the best, but what predicts better what was left out.
-  std::size_t chosen = is_searched && comparison.holds(best, 0, findings.detection.p_value) ? best : 0;
+  const bool is_certain =
+      findings.detection.p_value < options.locate.false_alarm || comparison.log_odds(best) > kOverwhelming;
+  std::size_t chosen = is_searched && is_certain && comparison.holds(best, 0, findings.detection.p_value) ? best : 0;
   double left_p = chosen == 0 ? findings.detection.p_value : 1.0;
   bool is_negligible = false;  // what is left
   while (chosen != 0) {
@@ -247,8 +290,11 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
         if (!next || evidence(*added) > evidence(*next)) next = added;
     }
     is_negligible = next && evidence(*next) - evidence(chosen) < kNegligible * (evidence(chosen) - evidence(0));
+    // Likelier, but not shown to help: not claimed, and no unknown either.
+    is_negligible |= next && comparison.log_odds(*next) > comparison.log_odds(chosen);
     if (!next || !comparison.holds(*next, chosen, left_p)) break;
     chosen = *next;
+    is_negligible = false;
   }
   // What the catalogue does not hold, in a few terms.
   if (left_p < options.locate.false_alarm && !is_negligible && is_searched) {
@@ -280,10 +326,6 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   for (const Fitted& fitted : all) explanation.hypotheses.push_back(told(fitted, all.front(), campaign));
   const std::vector<double> probabilities = comparison.probabilities();
   for (std::size_t i = 0; i < all.size(); ++i) explanation.hypotheses[i].probability = probabilities[i];
-  for (Explained& hypothesis : explanation.hypotheses)
-    for (const Explained& other : explanation.hypotheses)
-      if (&other != &hypothesis && other.probability > std::max(kNotExcluded * hypothesis.probability, kPossible))
-        hypothesis.confusable_with.push_back(other.name);
 
   std::vector<const Fitted*> possible;
   std::vector<double> weight;
@@ -308,22 +350,23 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     const double taken = 1.0 - energy(answer.fit.noise.sigma_w, L) / energy(findings.fit.sigma_w, L);
     explanation.is_complete = chosen != 0 && (left_p >= options.locate.false_alarm || is_negligible);
     if (chosen != 0 && (explanation.is_complete || taken > kUnexplained))
-      for (const std::string& name : answer.hypothesis.names()) explanation.chosen.push_back(name);
-    if (!explanation.is_complete &&
-        std::find(explanation.chosen.begin(), explanation.chosen.end(), "unknown") == explanation.chosen.end())
+      explanation.chosen = answer.hypothesis.names();
+    const auto names = [&](const char* name) {
+      return std::find(explanation.chosen.begin(), explanation.chosen.end(), name) != explanation.chosen.end();
+    };
+    if (!explanation.is_complete && !names("unknown")) {
       explanation.chosen.push_back("unknown");
+      add_unknown(explanation, answer.hypothesis, left_p);
+    }
   }
-  if (!findings.conventions.contradicted.empty()) {
-    explanation.chosen.insert(explanation.chosen.begin(), "convention");
-    explanation.verdict = Verdict::mismatch;
-  }
-  for (const Fault& fault : findings.audit.faults) {
-    explanation.chosen.insert(explanation.chosen.begin(), fault.name);
-    explanation.hypotheses.push_back(told(fault));
-    explanation.verdict = Verdict::mismatch;
-  }
+  add_sensors(explanation, findings);
   std::stable_sort(explanation.hypotheses.begin(), explanation.hypotheses.end(),
                    [](const Explained& a, const Explained& b) { return a.probability > b.probability; });
+  for (Explained& hypothesis : explanation.hypotheses)
+    for (const Explained& other : explanation.hypotheses)
+      if (&other != &hypothesis && other.probability > std::max(kNotExcluded * hypothesis.probability, kPossible))
+        hypothesis.confusable_with.push_back(other.name);
+  explanation.parameters = answer.fit.report.parameters;
 
   progress(0.9, "free runs before and after");
   const Coordinates z = coordinates_of(answer.fit);

@@ -17,11 +17,11 @@ namespace {
 constexpr double kFullScale_m = 20.0;                      // longer ships take the priors for 150 m
 constexpr double kDirectionUnit_deg = 143.61952130254163;  // 360/sqrt(2 pi)
 constexpr std::size_t kDraws = 4000;                       // for intervals of parameters that bend with z
-// Of the logarithm of a factor that is missing physics: wider than what a coefficient's own uncertainty explains, so that
-// the factor and not the coefficient takes what is off.
+// Of the logarithm of a factor that is missing physics: wider than what a coefficient's own uncertainty explains, so
+// that the factor and not the coefficient takes what is off.
 constexpr double kFactorSd = 0.6;
 constexpr double kLeastFactor = 0.02, kMostFactor = 5.0;
-constexpr double kFarthest = 8.0;                          // sd, beyond which a coordinate is not followed
+constexpr double kFarthest = 8.0;  // sd, beyond which a coordinate is not followed
 
 double in_circle_deg(double angle_deg) {
   const double turned = std::fmod(angle_deg, 360.0);

@@ -169,12 +169,7 @@ Json sigma_w(const NullFit& fit) {
 }
 
 Json to_json(const NullFit& fit) {
-  Json parameters = Json::object(), noise = Json::object();
-  for (const ParameterShift& p : fit.parameters)
-    parameters[p.name] = {{"factor", number(p.factor)},
-                          {"factor_sd", number(p.factor_sd)},
-                          {"prior_log_sd", number(p.prior_log_sd)},
-                          {"shift_in_prior_sd", number(p.shift_sd)}};
+  Json noise = Json::object();
   for (const Estimate& e : fit.noise) noise[e.name] = {{"estimate", number(e.value)}, {"sd", number(e.sd)}};
   return {{"converged", fit.converged},
           {"iterations", fit.iterations},
@@ -187,7 +182,7 @@ Json to_json(const NullFit& fit) {
           {"is_noise_free", fit.is_noise_free},
           {"step_s", number(fit.step_s)},
           {"distance", number(fit.distance)},
-          {"parameters", parameters},
+          {"parameters", to_json(fit.parameters)},
           {"actuator_lag_samples", number(fit.actuator_lag.value)},
           {"actuator_lag_sd_samples", number(fit.actuator_lag.sd)},
           {"noise", noise}};
@@ -220,6 +215,16 @@ Json to_json(const Detection& detection) {
 }  // namespace
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json to_json(const std::vector<ParameterShift>& shifts) {
+  Json result = Json::object();
+  for (const ParameterShift& p : shifts)
+    result[p.name] = {{"factor", number(p.factor)},
+                      {"factor_sd", number(p.factor_sd)},
+                      {"prior_log_sd", number(p.prior_log_sd)},
+                      {"shift_in_prior_sd", number(p.shift_sd)}};
+  return result;
+}
 
 Json to_json(const Findings& findings) {
   const auto recording = [](const Residual& r) {

@@ -184,9 +184,9 @@ void add_sensors(Screen& screen, const Findings& findings) {
   screen.item("Sensors", sensors(findings), 4);
 }
 
-void add_parameters(Screen& screen, const NullFit& fit) {
+void add_parameters(Screen& screen, const std::vector<ParameterShift>& parameters) {
   std::vector<ParameterShift> moved;
-  for (const ParameterShift& p : fit.parameters)
+  for (const ParameterShift& p : parameters)
     if (std::abs(p.shift_sd) > 2.0 && std::abs(std::log(p.factor)) > 2.0 * p.factor_sd / p.factor) moved.push_back(p);
   std::stable_sort(moved.begin(), moved.end(), [](const ParameterShift& a, const ParameterShift& b) {
     return std::abs(a.shift_sd) > std::abs(b.shift_sd);
@@ -237,7 +237,7 @@ std::string summary(const Findings& findings) {
   for (int axis = 0; axis < 3; ++axis) screen.item(axis == 0 ? "Model error" : "", model_error(findings.fit, axis), 1);
 
   add_where(screen, findings);
-  add_parameters(screen, findings.fit);
+  add_parameters(screen, findings.fit.parameters);
 
   const auto same = [](const std::string& s) -> const std::string& { return s; };
   std::vector<std::string> unknown;
@@ -285,7 +285,7 @@ std::string summary(const Explanation& explanation) {
       screen.item("Runner-up", fmt::format("{}, probability {:.2g}", other.name, other.probability), 1);
       break;
     }
-  add_parameters(screen, findings.fit);
+  add_parameters(screen, explanation.parameters);
   const auto told = [&](const BeforeAfter& fit) {
     const auto runs = [](const Scores& scores) {
       const auto found = scores.free_runs.find(kShownHorizon_s);
