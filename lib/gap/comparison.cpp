@@ -1,7 +1,10 @@
 #include "gap/comparison.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <set>
 
 #include <Eigen/Cholesky>
@@ -16,7 +19,8 @@ namespace {
 constexpr double kLessPromising = 5.0;  // nats of a start behind the best: not tried
 constexpr double kGainSd = 2.0;         // standard errors by which what was held out must be predicted better
 constexpr double kStrongOdds = 5.0;     // nats
-constexpr double kUnexcited = 0.01;     // nats
+constexpr std::array kTolerances{0.0, 0.5, 1.0};
+constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
 constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may differ
 constexpr std::size_t kTellingTerms = 12;   // of the effect unknown, of which sets are formed
@@ -45,6 +49,23 @@ std::vector<double> fold_evidence(const FittedNull& fit, const Blocks& blocks,
   result.reserve(folds.size());
   for (const std::vector<std::size_t>& fold : folds)
     result.push_back(all - marginal(without(total, blocks, fold), fit.theta, fit.prior_sd));
+  return result;
+}
+
+// Prior widths with the coefficients' as wide as a tolerance says.
+Eigen::VectorXd widths(const FittedNull& fit, double tolerance) {
+  Eigen::VectorXd result = fit.prior_sd;
+  const Eigen::Index coefficients = fit.theta.size() - 1 - fit.effects;
+  for (Eigen::Index i = 0; i < coefficients; ++i) {
+    const UncertainParameter& p = fit.parameters[static_cast<std::size_t>(i)];
+    result[i] = std::exp((1.0 - tolerance) * std::log(p.log_sd) + tolerance * std::log(p.tolerated_sd));
+  }
+  return result;
+}
+
+std::vector<Eigen::VectorXd> tolerances(const FittedNull& fit) {
+  std::vector<Eigen::VectorXd> result;
+  for (const double tolerance : kTolerances) result.push_back(widths(fit, tolerance));
   return result;
 }
 
@@ -145,9 +166,9 @@ Comparison::Comparison(Campaign& campaign, const FittedNull& null, const Compari
   Fitted none;
   none.fit = fit_with(campaign, null, {}, null.theta, fit_options_);
   if (gap::log_evidence(none.fit) < gap::log_evidence(null)) none.fit = null;
+  settle_tolerance(none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
-  none.log_evidence = gap::log_evidence(none.fit);
   none.fold_evidence = fold_evidence(none.fit, blocks_, folds_);
   all_.push_back(std::move(none));
 }
@@ -165,7 +186,7 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
   std::vector<EffectScreen> screens;
   for (const double share : {1.0, 0.0})
     if (share == 1.0 || is_bent(fit))
-      screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs);
+      screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs, tolerances(fit));
 
   std::vector<Promise> result;
   std::map<std::string, std::pair<std::size_t, std::size_t>> best_of;  // by effect: screen, candidate
@@ -238,7 +259,8 @@ std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from
         candidates.push_back(std::move(candidate));
     }
   }
-  const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, candidates, 1.0, options_.jobs);
+  const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, candidates, 1.0, options_.jobs,
+                            tolerances(all_[from].fit));
   std::vector<Promise> result;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     const std::string& effect = candidates[c].effects.front().name();
@@ -269,8 +291,8 @@ std::vector<Start> Comparison::terms_beside(std::size_t from) {
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < unknown->parameters.size(); ++i)
     candidates.push_back({{only({i})}, Eigen::VectorXd::Zero(1)});
-  const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, std::move(candidates), 1.0,
-                            options_.jobs);
+  const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, std::move(candidates), 1.0, options_.jobs,
+                            tolerances(all_[from].fit));
 
   // With what the choice among all sets of a size costs.
   const auto worth = [&](const std::vector<std::size_t>& terms) {
@@ -327,7 +349,7 @@ std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& 
   std::vector<Start> starts;
   for (const double share : {1.0, 0.0}) {
     if (candidates.empty() || (share == 0.0 && !is_bent(fit))) break;
-    const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs);
+    const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs, tolerances(fit));
     for (std::size_t c = 0; c < candidates.size(); ++c) starts.push_back(screen.start({c}));
   }
   sort(starts);
@@ -352,12 +374,31 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
     }
   }
   if (!best) return std::nullopt;
+  settle_tolerance(*best);
   const Blocks blocks = blocks_of(campaign_, best->fit, best->fit.noise, {0, nullptr}, options_.jobs);
   best->fold_evidence = fold_evidence(best->fit, blocks, folds_);
   best->kappa = overdispersion_of(best->fit, blocks);
   std::tie(best->gain, best->gain_sd) = gain(*best, none());
   all_.push_back(std::move(*best));
   return all_.size() - 1;
+}
+
+void Comparison::settle_tolerance(Fitted& fitted) {
+  FittedNull& fit = fitted.fit;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const double tolerance : kTolerances)
+    if (const double evidence = marginal(fit.total, fit.theta, widths(fit, tolerance)); evidence > most)
+      most = evidence, fitted.tolerance = tolerance;
+  if (const Eigen::VectorXd sd = widths(fit, fitted.tolerance); !sd.isApprox(fit.prior_sd)) {
+    FittedNull other = fit;
+    other.prior_sd = sd;
+    try {
+      other = fit_with(campaign_, other, fitted.hypothesis, other.theta, fit_options_);
+      if (other.report.converged || !fit.report.converged) fit = std::move(other);
+    } catch (const NumericalError&) {
+    }
+  }
+  fitted.log_evidence = gap::log_evidence(fit);
 }
 
 std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& than) const {

@@ -9,6 +9,9 @@ namespace leeway::gap {
 struct Fitted {
   Hypothesis hypothesis;
   FittedNull fit;
+  /// Of the coefficients, between what is stated (0) and what is tolerated (1): what makes the recordings likeliest.
+  /// Where all coefficients but one agree with what is stated, that one is no wrong coefficient.
+  double tolerance = 1.0;
   double log_evidence = 0.0;          ///< absolute [nats]
   std::vector<double> fold_evidence;  ///< ln p(what was left out | the rest), by fold
   double kappa = 1.0;                 ///< by which correlation between blocks widens variances
@@ -68,6 +71,7 @@ class Comparison {
 
  private:
   bool is_significant(const Fitted& fitted) const;
+  void settle_tolerance(Fitted& fitted);
   std::vector<Candidate> candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const;
 
   Campaign& campaign_;

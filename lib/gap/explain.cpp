@@ -247,7 +247,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   const auto first = comparison.promises(0, is_searched ? options.refitted : kAlwaysRefitted, &unexcited,
                                          is_searched ? &pair : nullptr);
   for (std::size_t i = 0; i < first.size(); ++i) {
-    if (is_hopeless(first[i].gain, best, 0)) break;
+    if (i >= kAlwaysRefitted && is_hopeless(first[i].gain, best, 0)) break;
     progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(first.size()), "fit with " + first[i].effect);
     better(comparison.add(0, first[i].starts));
   }
@@ -256,16 +256,20 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     progress(0.72, "fit with " + pair.front().hypothesis.name());
     better(comparison.add(0, pair));
   }
+  // Where something acts at times, or the residual depends on the position, it may be bound to a place.
+  const bool acts_at_times =
+      !findings.located.intervals.empty() && findings.located.intervals.front().p_value < options.locate.false_alarm;
   const bool is_of_places =
-      is_searched &&
-      std::any_of(findings.located.frames.begin(), findings.located.frames.end(),
-                  [](const Frame& frame) { return frame.name == "position" && frame.log_evidence > kOfPlaces; });
+      is_searched && (acts_at_times || std::any_of(findings.located.frames.begin(), findings.located.frames.end(),
+                                                   [](const Frame& frame) {
+                                                     return frame.name == "position" && frame.log_evidence > kOfPlaces;
+                                                   }));
   if (is_of_places) {
     progress(0.73, "banks, fenders, moorings");
-    for (const auto& promise : comparison.promises_of_places(0)) better(comparison.add(0, promise.starts));
+    for (const auto& promise : comparison.promises_of_places(0))
+      if (!is_hopeless(promise.gain, best, 0)) better(comparison.add(0, promise.starts));
   }
-  if (is_searched && !findings.located.intervals.empty() &&
-      findings.located.intervals.front().p_value < options.locate.false_alarm)
+  if (is_searched && acts_at_times)
     better(comparison.add(0, comparison.starts_with(0, "tug", tug_in(findings.located.intervals.front(), campaign))));
   const auto choice_of = [&](const std::string& effect) {
     return effect == "tug" ? tug_in(findings.located.intervals.front(), campaign) : FreeEffect::Choice();
@@ -344,7 +348,11 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   const Fitted& answer = all[chosen];
   explanation.left_p_value = left_p;
   const bool is_something = chosen != 0 || findings.detection.p_value < options.locate.false_alarm;
-  if (chosen != 0) explanation.verdict = Verdict::mismatch;
+  if (chosen != 0) {
+    explanation.verdict = Verdict::mismatch;
+    // Where nothing is missing, odds of so much are no more frequent than that (Markov's inequality).
+    explanation.p_value = std::min(explanation.p_value, std::exp(-comparison.log_odds(best)));
+  }
   if (explanation.verdict == Verdict::mismatch && is_something) {
     const double L = ship.particulars.L_pp;
     const double taken = 1.0 - energy(answer.fit.noise.sigma_w, L) / energy(findings.fit.sigma_w, L);

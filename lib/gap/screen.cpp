@@ -7,10 +7,12 @@
 #include <Eigen/Cholesky>
 
 #include "core/parallel.hpp"
+#include "core/units.hpp"
 
 namespace leeway::gap {
 namespace {
 
+constexpr double kFirstWind = 0.7;     // of a coordinate, by its prior's sd
 constexpr double kBent = 2.0;          // stated sd of a coefficient
 constexpr double kLongestStart = 3.0;  // of a coordinate, by the first linear step
 
@@ -63,23 +65,28 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
     result.push_back(std::move(candidate));
   };
   const Eigen::VectorXd median = Eigen::VectorXd::Zero(plain.size());
-  if (!choices.front().priors.empty())
+  if (!choices.front().priors.empty()) {
     add(choices.front().towards_deg, median);
-  else if (const auto neutral = plain.neutral())
+  } else if (const auto neutral = plain.neutral()) {
     add(0.0, *neutral);
-  else if (plain.has_bare_direction())
+    // The force of a wind grows with its square: in calm air there is no telling from where it may come.
+    for (int k = 0; k < 8 && effect == "unmeasured-wind"; ++k)
+      add(0.0, kFirstWind * Eigen::Vector2d(std::cos(k * kPi / 4.0), std::sin(k * kPi / 4.0)));
+  } else if (plain.has_bare_direction()) {
     for (int k = 0; k < 8; ++k) add(45.0 * k, median);
-  else
+  } else {
     for (const double z : {-1.0, 0.0, 1.0}) add(0.0, median.array() + z);
+  }
   return result;
 }
 
 EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
-                           std::vector<Candidate> candidates, double share, std::size_t jobs)
+                           std::vector<Candidate> candidates, double share, std::size_t jobs,
+                           std::vector<Eigen::VectorXd> prior_sd)
     : so_far_(so_far),
       candidates_(std::move(candidates)),
       theta_(from.theta),
-      prior_sd_(from.prior_sd),
+      prior_sd_(std::move(prior_sd)),
       effects_(from.effects) {
   const Eigen::Index coefficients = theta_.size() - 1 - effects_;
   theta_.head(coefficients) *= share;
@@ -158,22 +165,26 @@ EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const
   result.evidence.F = total_.F(result.places, result.places);
   const auto added = static_cast<Eigen::Index>(z.size());
   result.theta.resize(theta_.size() + added);
-  result.prior_sd.resize(theta_.size() + added);
   result.theta << theta_.head(theta_.size() - 1), Eigen::Map<const Eigen::VectorXd>(z.data(), added), theta_.tail(1);
-  result.prior_sd << prior_sd_.head(theta_.size() - 1), Eigen::VectorXd::Ones(added), prior_sd_.tail(1);
+  result.log_evidence = -std::numeric_limits<double>::infinity();
+  for (const Eigen::VectorXd& known : prior_sd_) {
+    Eigen::VectorXd sd(theta_.size() + added);
+    sd << known.head(theta_.size() - 1), Eigen::VectorXd::Ones(added), known.tail(1);
+    if (result.prior_sd.size() == 0) result.prior_sd = sd;
+    if (!result.evidence.b.allFinite() || !result.evidence.F.allFinite()) break;
+    if (const double evidence = marginal(result.evidence, result.theta, sd); evidence > result.log_evidence) {
+      result.log_evidence = evidence;
+      result.prior_sd = std::move(sd);
+    }
+  }
   return result;
 }
 
-double EffectScreen::log_evidence(const std::vector<std::size_t>& set) const {
-  const Part p = part(set);
-  const double result = p.evidence.b.allFinite() && p.evidence.F.allFinite() ? marginal(p.evidence, p.theta, p.prior_sd)
-                                                                             : std::numeric_limits<double>::quiet_NaN();
-  return std::isfinite(result) ? result : -std::numeric_limits<double>::infinity();
-}
+double EffectScreen::log_evidence(const std::vector<std::size_t>& set) const { return part(set).log_evidence; }
 
 Start EffectScreen::start(const std::vector<std::size_t>& set) const {
   const Part p = part(set);
-  Start result{so_far_, p.theta, log_evidence(set)};
+  Start result{so_far_, p.theta, p.log_evidence};
   for (const std::size_t c : set)
     result.hypothesis.effects.insert(result.hypothesis.effects.end(), candidates_[c].effects.begin(),
                                      candidates_[c].effects.end());
@@ -200,7 +211,7 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   const std::vector<Candidate> candidates = candidates_of(effect, campaign.ship, std::move(choices));
   for (const double share : {1.0, 0.0}) {
     if (share == 0.0 && !is_bent(from)) break;
-    const EffectScreen screen(campaign, from, so_far, candidates, share, jobs);
+    const EffectScreen screen(campaign, from, so_far, candidates, share, jobs, {from.prior_sd});
     for (std::size_t i = 0; i < candidates.size(); ++i) starts.push_back(screen.start({i}));
   }
   std::stable_sort(starts.begin(), starts.end(),

@@ -32,8 +32,10 @@ class EffectScreen {
   ///   so_far  the hypothesis of `from`
   ///   share   of the fit's coefficients, from which the step begins: 1, or 0 for the ship's own, which an effect that
   ///           is missing may have bent
+  ///   prior_sd  of the fit's theta: one or several, of which the one counts that explains the recordings best
   EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
-               std::vector<Candidate> candidates, double share, std::size_t jobs);
+               std::vector<Candidate> candidates, double share, std::size_t jobs,
+               std::vector<Eigen::VectorXd> prior_sd);
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
   /// ln of the evidence of a set of candidates (places in the list); minus infinity where the simulator runs away.
@@ -46,13 +48,15 @@ class EffectScreen {
     std::vector<Eigen::Index> places;  // in the evidence: theta with the candidates' coordinates
     Evidence evidence;
     Eigen::VectorXd theta, prior_sd;
+    double log_evidence = 0.0;
   };
-  Part part(const std::vector<std::size_t>& set) const;
+  Part part(const std::vector<std::size_t>& set) const;  // with the best prior widths
 
   Hypothesis so_far_;
   std::vector<Candidate> candidates_;
   std::vector<Eigen::Index> first_;  // column of each candidate; the last of its columns is what it does at its start
-  Eigen::VectorXd theta_, prior_sd_;
+  Eigen::VectorXd theta_;
+  std::vector<Eigen::VectorXd> prior_sd_;
   Eigen::Index effects_ = 0;  // known ones
   Evidence total_;
 };
