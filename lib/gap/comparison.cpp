@@ -121,6 +121,28 @@ bool may_differ(const std::string& effect) {
   return false;
 }
 
+// What is tried of the candidates [begin, end), which belong to one effect: each that acts everywhere, and of those
+// that act in one recording alone the best of each, together.
+std::vector<std::vector<std::size_t>> sets_of(const EffectScreen& screen, std::size_t begin, std::size_t end,
+                                              bool is_of_one_recording) {
+  std::vector<std::vector<std::size_t>> sets;
+  std::map<std::size_t, std::pair<double, std::size_t>> best_in;
+  for (std::size_t c = begin; c < end; ++c) {
+    const auto& recording = screen.candidates()[c].effects.front().recording();
+    if (!recording || is_of_one_recording) {
+      sets.push_back({c});
+      continue;
+    }
+    const double evidence = screen.log_evidence({c});
+    const auto [place, is_new] = best_in.try_emplace(*recording, evidence, c);
+    if (!is_new && evidence > place->second.first) place->second = {evidence, c};
+  }
+  if (best_in.empty()) return sets;
+  sets.emplace_back();
+  for (const auto& [recording, best] : best_in) sets.back().push_back(best.second);
+  return sets;
+}
+
 void sort(std::vector<Start>& starts) {
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
@@ -189,18 +211,20 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
       screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs, tolerances(fit));
 
   std::vector<Promise> result;
-  std::map<std::string, std::pair<std::size_t, std::size_t>> best_of;  // by effect: screen, candidate
+  std::map<std::string, std::vector<std::size_t>> best_of;  // by effect: its candidates
   for (std::size_t c = 0; c < candidates.size();) {
     const std::string& effect = candidates[c].effects.front().name();
     Promise promise{effect, {}, 0.0};
     double most = -std::numeric_limits<double>::infinity();
     bool is_excited = false;
-    for (; c < candidates.size() && candidates[c].effects.front().name() == effect; ++c)
-      for (std::size_t s = 0; s < screens.size(); ++s) {
-        promise.starts.push_back(screens[s].start({c}));
+    const std::size_t begin = c;
+    while (c < candidates.size() && candidates[c].effects.front().name() == effect) ++c;
+    for (const EffectScreen& screen : screens)
+      for (const std::vector<std::size_t>& set : sets_of(screen, begin, c, false)) {
+        promise.starts.push_back(screen.start(set));
         const double evidence = promise.starts.back().log_evidence;
-        is_excited |= std::abs(evidence - screens[s].log_evidence({})) > kUnexcited;
-        if (evidence > most) most = evidence, best_of[effect] = {s, c};
+        is_excited |= std::abs(evidence - screen.log_evidence({})) > kUnexcited;
+        if (evidence > most) most = evidence, best_of[effect] = set;
       }
     if (!is_excited) {
       if (unexcited) unexcited->push_back(effect);
@@ -212,14 +236,15 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
     result.push_back(std::move(promise));
   }
   if (pair) {  // both from the same coefficients
-    for (const auto& [a, at_a] : best_of)
-      for (const auto& [b, at_b] : best_of)
-        if (a < b)
-          for (const EffectScreen& screen : screens) {
-            const double evidence = screen.log_evidence({at_a.second, at_b.second});
-            if (pair->empty() || evidence > pair->front().log_evidence)
-              pair->assign({screen.start({at_a.second, at_b.second})});
-          }
+    for (const auto& [a, of_a] : best_of)
+      for (const auto& [b, of_b] : best_of) {
+        if (!(a < b)) continue;
+        std::vector<std::size_t> both = of_a;
+        both.insert(both.end(), of_b.begin(), of_b.end());
+        for (const EffectScreen& screen : screens)
+          if (const double evidence = screen.log_evidence(both); pair->empty() || evidence > pair->front().log_evidence)
+            pair->assign({screen.start(both)});
+      }
   }
   std::stable_sort(result.begin(), result.end(), [](const Promise& a, const Promise& b) {
     return a.starts.front().log_evidence > b.starts.front().log_evidence;
@@ -327,15 +352,13 @@ std::vector<Candidate> Comparison::candidates_with(const std::string& effect, co
   for (const Stretch& stretch : campaign_.stretches) recordings.insert(stretch.recording);
   try {
     std::vector<Candidate> result = candidates_of(effect, campaign_.ship, {choice});
-    if (may_differ(effect) && !choice.recording && recordings.size() > 1 && recordings.size() <= kMostThatDiffer) {
-      std::vector<FreeEffect::Choice> choices;
+    if (may_differ(effect) && !choice.recording && recordings.size() > 1 && recordings.size() <= kMostThatDiffer)
       for (const std::size_t recording : recordings) {
-        choices.push_back(choice);
-        choices.back().recording = recording;
+        FreeEffect::Choice there = choice;
+        there.recording = recording;
+        for (Candidate& candidate : candidates_of(effect, campaign_.ship, {there}))
+          result.push_back(std::move(candidate));
       }
-      for (Candidate& candidate : candidates_of(effect, campaign_.ship, choices))
-        result.push_back(std::move(candidate));
-    }
     return result;
   } catch (const EffectNotApplicable&) {
     return {};
@@ -350,7 +373,8 @@ std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& 
   for (const double share : {1.0, 0.0}) {
     if (candidates.empty() || (share == 0.0 && !is_bent(fit))) break;
     const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs, tolerances(fit));
-    for (std::size_t c = 0; c < candidates.size(); ++c) starts.push_back(screen.start({c}));
+    for (const auto& set : sets_of(screen, 0, candidates.size(), choice.recording.has_value()))
+      starts.push_back(screen.start(set));
   }
   sort(starts);
   return starts;

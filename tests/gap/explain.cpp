@@ -174,11 +174,22 @@ TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recor
       }
 }
 
-TEST_CASE("gap-explain: what the catalogue does not hold is unknown, and terms stand for it", "[gap][long]") {
+TEST_CASE("comparison: a few terms stand for what the catalogue does not hold", "[gap][long]") {
   Ship truth = read_ship("esso-osaka-3m");
   truth.effects.push_back(effect("unknown", {{"Y_nd", 0.01}, {"X_sqrt_u", -0.004}}));
-  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 31, 4, 250.0, 1.0, 0.5}, truth), none;
-  const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
-  CHECK(explanation.verdict == gap::Verdict::mismatch);
-  CHECK(std::find(explanation.chosen.begin(), explanation.chosen.end(), "unknown") != explanation.chosen.end());
+  const Ship stated = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 31, 3, 250.0, 1.0, 0.5}, truth), {});
+  gap::FitOptions options;
+  options.jobs = 2;
+  gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+  const std::vector<gap::Start> starts = comparison.terms_beside(0);
+  REQUIRE(starts.size() == 1);
+  const gap::FreeEffect& terms = starts.front().hypothesis.effects.front();
+  CHECK(terms.name() == "unknown");
+  CHECK(terms.size() >= 1);
+  CHECK(terms.size() <= 3);
+  const auto with = comparison.add(0, starts);
+  REQUIRE(with);
+  CHECK(comparison.all()[*with].log_evidence > comparison.none().log_evidence + 10.0);
+  CHECK(comparison.all()[*with].gain > 2.0 * comparison.all()[*with].gain_sd);
 }

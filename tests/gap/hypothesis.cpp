@@ -40,7 +40,7 @@ TEST_CASE("hypothesis: coordinates stand for parameters in the units of their pr
 
   const gap::FreeEffect thrust("thrust-loss", ship);
   CHECK(thrust.values(at({0.0}))[0] == Approx(0.95));
-  CHECK(thrust.values(at({-1.0}))[0] == Approx(0.95 * std::exp(-0.1)));
+  CHECK(thrust.values(at({-1.0}))[0] == Approx(0.95 * std::exp(-0.6)));
   CHECK(thrust.values(*thrust.neutral())[0] == Approx(1.0));
 
   const gap::FreeEffect delay("actuator-delay", ship);
