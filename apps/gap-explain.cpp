@@ -79,7 +79,8 @@ int main(int argc, char** argv) try {
   const io::Json ship_json = io::read_json(ship.file);
   io::write_text((folder / "ship.json").string(), io::to_text(gap::ship_with(ship_json, explanation.effects)));
   for (const auto& [recording, effects] : explanation.effects_in)
-    io::write_text((folder / ("ship-" + recording + ".json")).string(), io::to_text(gap::ship_with(ship_json, effects)));
+    io::write_text((folder / ("ship-" + recording + ".json")).string(),
+                   io::to_text(gap::ship_with(ship_json, effects)));
   io::write_text((folder / "report.html").string(),
                  gap::report_html(
                      explanation, "What " + ship.name + " lacks",

@@ -457,7 +457,7 @@ std::vector<double> Comparison::probabilities() const {
 bool Comparison::holds(std::size_t better, std::size_t than, double p_value) const {
   const auto [sum, sd] = gain(all_[better], all_[than]);
   const double rate = options_.false_alarm, odds = log_odds(better) - log_odds(than);
-  const double least = than != 0 && odds > kStrongOdds ? 0.0 : p_value < rate * rate ? 1.0 : kGainSd;
+  const double least = p_value < rate * rate || (than != 0 && odds > kStrongOdds) ? 1.0 : kGainSd;
   return sum > 0.0 && sum > least * sd && odds > 0.0 && is_significant(all_[better]);
 }
 

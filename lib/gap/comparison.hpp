@@ -65,8 +65,8 @@ class Comparison {
   std::vector<double> probabilities() const;
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
   /// is more than nothing.
-  ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough; so it is, or any
-  ///            gain at all, for one effect more where the evidence is strong
+  ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough; so it is
+  ///            for one effect more where the evidence is strong
   bool holds(std::size_t better, std::size_t than, double p_value) const;
 
  private:

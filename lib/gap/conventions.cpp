@@ -20,6 +20,7 @@ namespace {
 
 // A reading is claimed only if the log-odds exceed the first, their mean over the blocks so many standard errors, and
 // the error shrinks by the ratio: kinematics know no parameters, forces do.
+constexpr double kUnexplainedTurn = 0.7;  // share of what the heading turned that a yaw rate may leave
 constexpr double kDecisive = 10.0, kCertain = 3.0, kKinematicRatio = 2.0, kForceRatio = 1.3;
 constexpr double kOddOne = 6.0, kOddOneRatio = 1.5;  // of one recording where all others read as stated
 constexpr double kAgainstPlain = 5.0;                // log-odds against a plain error of the force,
@@ -263,6 +264,8 @@ std::vector<const ReadingEntry*> judge(const std::vector<std::vector<const Readi
     const auto without = static_cast<std::size_t>(std::find(all.begin(), all.end(), rest) - all.begin());
     const Odds odds = against(best, without);
     if (odds.log_odds < kDecisive || odds.ratio < kKinematicRatio || !odds.is_certain) continue;
+    // A yaw rate that is noise does well by being made small: it has to explain what the heading turned.
+    if (entry->channel == "r" && total_error(of[best].front()) > kUnexplainedTurn) continue;
     claimed.push_back(entry);
     result.contradicted.push_back(reading_of(*entry, odds, what));
     note_tested(result, result.contradicted.back());

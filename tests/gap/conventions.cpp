@@ -1,10 +1,13 @@
 #include "gap/conventions.hpp"
 
 #include <functional>
+#include <tuple>
 
 #include <catch2/catch.hpp>
 
 #include "core/errors.hpp"
+#include "core/random.hpp"
+#include "core/units.hpp"
 #include "gap/perturbed_ship.hpp"
 #include "gap/simulated_campaign.hpp"
 
@@ -230,4 +233,26 @@ TEST_CASE("conventions: recordings without what is needed are said to be uncheck
   CHECK(result.unchecked.size() >= 3);
   CHECK(check_conventions(ship, {}).contradicted.empty());
   CHECK_THROWS_AS(reread(recordings[0], {{.channel = "u", .name = "furlongs", .sentence = ""}}), UsageError);
+}
+
+TEST_CASE("conventions: a yaw rate that is noise on straight runs is not taken for degrees", "[gap][conventions]") {
+  RandomStream random(3, "straight runs");
+  std::vector<Trajectory> recordings;
+  for (int run = 0; run < 3; ++run) {
+    Trajectory& recording = recordings.emplace_back();
+    recording.name = recording.file = "straight" + std::to_string(run);
+    for (int k = 0; k <= 100; ++k)
+      for (const auto& [channel, value, sd] : {std::tuple{Channel::t, static_cast<double>(k), 0.0},
+                                               {Channel::x0, 0.5 * k, 0.03},
+                                               {Channel::y0, 0.0, 0.03},
+                                               {Channel::psi, 0.0, 0.1 * kDegree},
+                                               {Channel::u, 0.5, 0.01},
+                                               {Channel::vm, 0.0, 0.01},
+                                               {Channel::r, 0.0, 0.1 * kDegree},
+                                               {Channel::n_p, 10.0, 0.0},
+                                               {Channel::delta, 0.0, 0.0}})
+        recording[channel].push_back(value + sd * random.normal());
+  }
+  const Conventions result = check_conventions(read_ship("esso-osaka-3m"), recordings);
+  for (const Reading& reading : result.contradicted) FAIL_CHECK(reading.sentence);
 }

@@ -469,7 +469,6 @@
         },
         options: {
           parsing: false,
-          normalized: true,
           scales: {
             x: {type: 'linear', title: axisTitle('y0 [m], east'), ticks: {callback: (v) => short(v, 5), includeBounds: false}},
             y: {type: 'linear', title: axisTitle('x0 [m], north'), ticks: {callback: (v) => short(v, 5), includeBounds: false}},
