@@ -77,10 +77,10 @@ int main(int argc, char** argv) try {
   io::Json json = gap::to_json(explanation);
   json["provenance"] = cli::provenance(app, o.common, inputs, {});
   const io::Json ship_json = io::read_json(ship.file);
-  io::write_text((folder / "ship.json").string(), io::to_text(gap::ship_with(ship_json, explanation.effects)));
+  io::write_text((folder / "ship.json").string(),
+                 io::to_text(gap::ship_with(ship_json, explanation.effects, explanation.residual_network.get())));
   for (const auto& [recording, effects] : explanation.effects_in)
-    io::write_text((folder / ("ship-" + recording + ".json")).string(),
-                   io::to_text(gap::ship_with(ship_json, effects)));
+    io::write_text((folder / gap::ship_file(recording)).string(), io::to_text(gap::ship_with(ship_json, effects)));
   io::write_text((folder / "report.html").string(),
                  gap::report_html(
                      explanation, "What " + ship.name + " lacks",

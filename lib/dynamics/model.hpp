@@ -4,6 +4,7 @@
 #include "effects/registry.hpp"
 #include "forces/inertia.hpp"
 #include "forces/registry.hpp"
+#include "forces/residual_network.hpp"
 
 namespace leeway {
 
@@ -14,12 +15,16 @@ struct Model {
   Inertia<T> inertia;
   ForceModules<T> modules;
   Effects<T> effects;
+  std::shared_ptr<const ResidualNetwork> residual_network;  ///< nullptr: none
 
   /// With the effects of the ship.
   explicit Model(const Ship& ship) : Model(ship, Effects<T>(ship)) {}
   /// With these effects, in place of the ship's.
   Model(const Ship& ship, Effects<T> other_effects)
-      : inertia(ship.inertia, ship.particulars), modules(ship), effects(std::move(other_effects)) {
+      : inertia(ship.inertia, ship.particulars),
+        modules(ship),
+        effects(std::move(other_effects)),
+        residual_network(ship.residual_network) {
     effects.change({ship, inertia, modules});
   }
 

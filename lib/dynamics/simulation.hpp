@@ -78,6 +78,10 @@ ShipState<T> rate_of_change(const Model<T>& model, const ShipState<T>& state, co
     extra += effects.force(at);
   }
 
+  if (model.residual_network)
+    extra += model.inertia.force_of(acceleration<T>(*model.residual_network, at.nu_ground, inputs.actuators,
+                                                    at.to_ship(inputs.true_wind) + at.nu_ground.template head<2>()));
+
   const T &u = at.nu_ground(0), &v_m = at.nu_ground(1);
   const Vec2<T> apparent_wind = at.to_ship(true_wind) + at.nu_ground.template head<2>();
   const Vec3<T> force = changed ? model.modules.force(at.nu_water, *changed, apparent_wind)

@@ -38,6 +38,20 @@ const std::vector<EffectDescription>& effect_catalogue() {
   return catalogue;
 }
 
+std::optional<std::size_t> find_effect(std::string_view name) {
+  const std::vector<EffectDescription>& catalogue = effect_catalogue();
+  const auto found =
+      std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& e) { return e.info.name == name; });
+  if (found == catalogue.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - catalogue.begin());
+}
+
+const EffectDescription& effect_named(std::string_view name) {
+  const std::optional<std::size_t> place = find_effect(name);
+  if (!place) throw UsageError(fmt::format("no effect '{}' in the catalogue", name));
+  return effect_catalogue()[*place];
+}
+
 bool is_switch(const EffectDescription& effect, const EffectParameter& parameter) {
   return &parameter == &effect.parameters.front() && std::all_of(effect.parameters.begin(), effect.parameters.end(),
                                                                  [](const auto& p) { return std::isnan(p.off); });
@@ -45,21 +59,21 @@ bool is_switch(const EffectDescription& effect, const EffectParameter& parameter
 
 std::optional<EffectValues> effect_values(const EffectEntry& entry) {
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
-  const auto found =
-      std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& e) { return e.info.name == entry.type; });
-  if (found == catalogue.end())
+  const std::optional<std::size_t> type = find_effect(entry.type);
+  if (!type)
     throw InputError(entry.file, 0, entry.pointer + "/type",
                      fmt::format("unknown effect '{}'; known: {}", entry.type,
                                  names(catalogue, [](const auto& e) { return e.info.name; })));
+  const EffectDescription& found = catalogue[*type];
   for (const auto& [name, value] : entry.parameters)
-    if (std::none_of(found->parameters.begin(), found->parameters.end(), [&](const auto& p) { return p.name == name; }))
+    if (std::none_of(found.parameters.begin(), found.parameters.end(), [&](const auto& p) { return p.name == name; }))
       throw InputError(entry.file, 0, entry.pointer + "/" + name,
                        fmt::format("unknown key; the effect '{}' has {}", entry.type,
-                                   names(found->parameters, [](const auto& p) { return p.name; })));
+                                   names(found.parameters, [](const auto& p) { return p.name; })));
 
-  EffectValues result{static_cast<std::size_t>(found - catalogue.begin()), {}};
+  EffectValues result{*type, {}};
   bool is_off = false;
-  for (const EffectParameter& p : found->parameters) {
+  for (const EffectParameter& p : found.parameters) {
     const std::string pointer = entry.pointer + "/" + std::string(p.name);
     const auto given = std::find_if(entry.parameters.begin(), entry.parameters.end(),
                                     [&](const auto& g) { return g.first == p.name; });
@@ -74,7 +88,7 @@ std::optional<EffectValues> effect_values(const EffectEntry& entry) {
         throw InputError(entry.file, 0, pointer,
                          fmt::format("expected {} ({}), got {}", expected_range(p), p.meaning, value));
       result.values.push_back(value);
-    } else if (is_switch(*found, p)) {
+    } else if (is_switch(found, p)) {
       is_off = true;
     } else {
       throw InputError(entry.file, 0, pointer, fmt::format("expected {} ({}), got null", expected_range(p), p.meaning));

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -61,6 +62,11 @@ struct EffectDescription {
 
 /// All effects, in the order of the list above.
 const std::vector<EffectDescription>& effect_catalogue();
+
+/// The place of an effect in the catalogue; nothing for an unknown name.
+std::optional<std::size_t> find_effect(std::string_view name);
+/// Throws UsageError for an unknown name.
+const EffectDescription& effect_named(std::string_view name);
 
 /// Whether a null for this parameter switches the effect off: its first one, where no parameter has a neutral value.
 bool is_switch(const EffectDescription& effect, const EffectParameter& parameter);

@@ -2,7 +2,7 @@
 
 #include "core/units.hpp"
 #include "effects/effect.hpp"
-#include "forces/stall_loss.hpp"
+#include "forces/normal_force_shape.hpp"
 
 namespace leeway {
 
@@ -33,7 +33,7 @@ struct RudderStall {
   RudderStall(const std::array<T, 3>& value, const Ship&) : loss{value[0] * kDegree, value[1], value[2] * kDegree} {}
 
   void change(ModelParts<T>& parts) const {
-    std::visit([&](auto& rudder) { rudder.stall = loss; }, parts.modules.rudder);
+    std::visit([&](auto& rudder) { rudder.shape.stall = loss; }, parts.modules.rudder);
   }
 };
 

@@ -28,18 +28,6 @@ struct Moments {
   bool varies() const { return n > 0 && high - low > 1e-9 * std::max(std::abs(high), std::abs(low)); }
 };
 
-std::string si_name(Channel channel) {
-  const ChannelInfo& i = info(channel);
-  switch (i.quantity) {
-    case Quantity::angle:
-      return std::string(i.name) + "_rad";
-    case Quantity::angular_rate:
-      return std::string(i.name) + "_radps";
-    default:
-      return column_name(channel);
-  }
-}
-
 Moments of_channel(const std::vector<Trajectory>& recordings, Channel channel) {
   Moments moments;
   for (const Trajectory& recording : recordings)

@@ -33,6 +33,12 @@ struct Inertia {
     return {(force(0) + M_y * v * r + S * r * r) / M_x, (I * Y - S * N) * inverse, (M_y * N - S * Y) * inverse};
   }
 
+  /// The force at midship that adds these accelerations to acceleration().
+  Vec3<T> force_of(const Vec3<T>& added) const {
+    const T S = x_G * m;
+    return {(m + m_x) * added(0), (m + m_y) * added(1) + S * added(2), (I_z + x_G * S) * added(2) + S * added(1)};
+  }
+
   /// What the equations through the water need where the water itself accelerates: -(m a_x, m a_y, x_G m a_y), with the
   /// rigid mass alone, since added mass goes with the water. a: dV/dt along the ship's path, in ship axes [m/s^2].
   /// The same equations as over ground with added-mass terms in u_c and v_c (Fossen 2021, Handbook of Marine Craft).

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string_view>
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
 #include "forces/motion.hpp"
+#include "forces/normal_force_shape.hpp"
 #include "forces/propeller_flow.hpp"
-#include "forces/stall_loss.hpp"
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
 
@@ -33,7 +32,7 @@ struct StandardRudder {
   Particulars p;
   double D_P;  ///< of the propeller in front [m]
   double eta;  ///< share of the rudder's height in the slipstream
-  std::optional<StallLoss<T>> stall;
+  NormalForceShape<T> shape;
 
   StandardRudder(const StandardRudderCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m)
       : c(coefficients.cast<T>()), p(particulars), D_P(D_P_m), eta(std::min(1.0, D_P_m / c.H_R)) {}
@@ -58,8 +57,8 @@ struct StandardRudder {
     // U_R^2 sin(delta - atan2(v_R, u_R)), without the angle.
     const T &s = actuators.sine(Channel::delta), &k = actuators.cosine(Channel::delta);
     const T across = u_R * s - v_R * k;
-    T F_N = 0.5 * p.rho * c.A_R * c.f_alpha * sqrt(U_R2) * across;
-    if (stall) F_N *= stall->factor(u_R * k + v_R * s, across);
+    const T U_R = sqrt(U_R2);
+    const T F_N = 0.5 * p.rho * c.A_R * c.f_alpha * U_R * across * shape.factor(u_R * k + v_R * s, across, U_R);
     return {-(1.0 - c.t_R) * F_N * s, -(1.0 + c.a_H) * F_N * k, -(c.x_R + c.a_H * c.x_H * p.L_pp) * F_N * k};
   }
 

@@ -8,8 +8,8 @@
 #include "core/scalar.hpp"
 #include "core/units.hpp"
 #include "forces/motion.hpp"
+#include "forces/normal_force_shape.hpp"
 #include "forces/propeller_flow.hpp"
-#include "forces/stall_loss.hpp"
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
 
@@ -32,8 +32,10 @@ struct VectwinRudders {
   double D_P_by_pitch;
   double eta;                                                 ///< share of the rudder's height in the slipstream
   T k_port = T(1.0), k_starboard = T(1.0), k_gamma = T(1.0);  ///< on the normal forces, on the flow straightening
+  T k_interference = T(1.0);                                  ///< on the angles that one rudder takes off the other's
+  T k_a_H = T(1.0), k_x_H = T(1.0), k_l_R = T(1.0);           ///< on the regressed a_H, x_H and l_R
   std::optional<T> k_interaction;  ///< further loss at |sin(delta_s - delta_p)| = 1: effects/vectwin_interaction.hpp
-  std::optional<StallLoss<T>> stall;
+  NormalForceShape<T> shape;
 
   VectwinRudders(const VectwinRuddersCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m,
                  double pitch_m)
@@ -67,8 +69,8 @@ struct VectwinRudders {
       X_lost = lost * (0.5 * p.rho * c.A_R) * race * race;
     }
     const T& J = flow.J;
-    const T a_H = limited<T>(0.016 + (1.69 - 1.179 * J) * J, 0.016, 0.60556);
-    const T x_H = p.L_pp * limited<T>(-0.159 + (-1.065 + 1.01 * J) * J, -0.4344, -0.159);
+    const T a_H = k_a_H * limited<T>(0.016 + (1.69 - 1.179 * J) * J, 0.016, 0.60556);
+    const T x_H = k_x_H * p.L_pp * limited<T>(-0.159 + (-1.065 + 1.01 * J) * J, -0.4344, -0.159);
     const T across = F.starboard * actuators.cosine(Channel::delta_s) + F.port * actuators.cosine(Channel::delta_p);
     const T along = F.starboard * actuators.sine(Channel::delta_s) + F.port * actuators.sine(Channel::delta_p);
     return {-(1.0 - c.t_R) * along - X_lost, -(1.0 + a_H) * across, -(c.x_R + a_H * x_H) * across};
@@ -90,7 +92,7 @@ struct VectwinRudders {
     T delta_sp = (C1s + C2s * delta_p) * delta_p, delta_ps = (0.14 + C2p * delta_s) * delta_s;
     if (delta_s1 > T(0.0)) delta_sp *= abs(cos(delta_s1));
     if (delta_p1 < T(0.0)) delta_ps *= abs(cos(delta_p1));
-    const T delta_s2 = delta_s1 - delta_sp, delta_p2 = delta_p1 - delta_ps;
+    const T delta_s2 = delta_s1 - k_interference * delta_sp, delta_p2 = delta_p1 - k_interference * delta_ps;
 
     // Slipstream, slowed by the other rudder.
     T u_Rs(0.0), u_Rp(0.0);
@@ -118,8 +120,8 @@ struct VectwinRudders {
     const T gamma_s = k_gamma * straightening(kStarboard, motion.beta, delta_s2);
     const T gamma_p = k_gamma * straightening(kPort, motion.beta, delta_p2);
     const bool to_starboard = !(r < T(0.0));
-    const double l_s = c.x_R * (to_starboard ? (delta_s2 < T(0.0) ? 0.2 : 0.0) : (delta_s2 < T(0.0) ? 0.4 : 0.6));
-    const double l_p = c.x_R * (to_starboard ? (delta_p2 < T(0.0) ? 0.6 : 0.4) : (delta_p2 < T(0.0) ? 0.0 : 0.2));
+    const T l_s = k_l_R * c.x_R * (to_starboard ? (delta_s2 < T(0.0) ? 0.2 : 0.0) : (delta_s2 < T(0.0) ? 0.4 : 0.6));
+    const T l_p = k_l_R * c.x_R * (to_starboard ? (delta_p2 < T(0.0) ? 0.6 : 0.4) : (delta_p2 < T(0.0) ? 0.0 : 0.2));
     return {k_port * normal_force(u_Rp, T(-gamma_p * v_m - l_p * r), delta_p2),
             k_starboard * normal_force(u_Rs, T(-gamma_s * v_m - l_s * r), delta_s2)};
   }
@@ -159,18 +161,18 @@ struct VectwinRudders {
     const T U_R2 = u_R * u_R + v_R * v_R;
     if (!(U_R2 > T(kAtRest_m2ps2))) return T(0.0);
     // C_N = 2.6252 sin(alpha) up to 37.5 deg, alpha = delta - atan2(v_R, u_R): there, the angle itself is not needed.
-    constexpr double kCos2 = 0.62940952255126037;                       // cos^2 37.5 deg
-    const T s = sin(delta), k = cos(delta), along = u_R * k + v_R * s;  // U_R cos(alpha)
+    constexpr double kCos2 = 0.62940952255126037;  // cos^2 37.5 deg
+    const T s = sin(delta), k = cos(delta), U_R = sqrt(U_R2);
+    const T along = u_R * k + v_R * s, across = u_R * s - v_R * k;  // U_R cos(alpha), U_R sin(alpha)
     T C_N_U_R2;
     if (along > T(0.0) && along * along >= kCos2 * U_R2) {
-      C_N_U_R2 = 2.6252 * sqrt(U_R2) * (u_R * s - v_R * k);
+      C_N_U_R2 = 2.6252 * U_R * across;
     } else {
       const T alpha = delta - atan2(v_R, u_R), a = abs(alpha);
       C_N_U_R2 = (-0.8449 * a * a + 2.0621 * a + 0.6387) * U_R2;
       if (alpha < T(0.0)) C_N_U_R2 = -C_N_U_R2;
     }
-    if (stall) C_N_U_R2 *= stall->factor(along, u_R * s - v_R * k);
-    return 0.5 * p.rho * c.A_R * C_N_U_R2;
+    return 0.5 * p.rho * c.A_R * C_N_U_R2 * shape.factor(along, across, U_R);
   }
 };
 

@@ -27,6 +27,7 @@ using enum FaultParameter;
 
 constexpr double kHuber = 2.0;               // standard deviations from which a residual counts linearly
 constexpr double kHuberVariance = 0.9205;    // mean of min(z^2, kHuber^2) of a standard normal z
+constexpr double kRateNoise = 0.1;           // of what the ship turned in a window, above which r has no factor
 constexpr double kLeastTrackNoise_m = 1e-4;  // residuals below are rounding and interpolation
 constexpr double kLeastHeadingNoise_rad = 1e-5;
 constexpr std::size_t kFewestWindows = 8, kFewestUnits = 4;
@@ -673,6 +674,11 @@ struct Search {
   }
 
   bool is_testable(std::size_t candidate) const {
+    // A factor on an r that is mostly noise shrinks the noise: its estimate is off by noise^2/signal^2.
+    const KinematicWindows& windows = fitter.windows();
+    if (fault_library()[candidate].numbers[0][0] == rate_scale &&
+        windows.rate_noise() > kRateNoise * windows.rms_turned())
+      return false;
     bool in_track = false, in_heading = false;
     for (const std::vector<FaultParameter>& number : fault_library()[candidate].numbers)
       for (const FaultParameter parameter : number) {

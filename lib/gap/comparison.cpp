@@ -19,6 +19,7 @@ namespace {
 constexpr double kLessPromising = 5.0;  // nats of a start behind the best: not tried
 constexpr double kGainSd = 2.0;         // standard errors by which what was held out must be predicted better
 constexpr double kStrongOdds = 5.0;     // nats
+constexpr double kTemper = 2.0;         // of stated probabilities: docs/gap-explain.md
 constexpr std::array kTolerances{0.0, 0.5, 1.0};
 constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
@@ -95,30 +96,22 @@ double log_ways(std::size_t of, std::size_t count) {
   return result;
 }
 
-std::size_t terms_of_unknown() {
-  for (const EffectDescription& description : effect_catalogue())
-    if (description.info.name == "unknown") return description.parameters.size();
-  return 0;
-}
-
-// ln of what is believed before: none 1/2, one effect 1/4, two 1/8, ...; all sets of a size alike, and all sets of
-// terms.
+// ln of what is believed before: none 1/5, one effect 2/5, two 1/5, three 1/10, ...; all sets of a size alike, and all
+// sets of terms.
 double log_prior(const Hypothesis& hypothesis) {
   const std::size_t effects = hypothesis.names().size();
-  double result = -static_cast<double>(effects + 1) * std::log(2.0) - log_ways(effect_catalogue().size(), effects);
+  double result = -std::log(5.0) - log_ways(effect_catalogue().size(), effects);
+  if (effects > 0) result -= (static_cast<double>(effects) - 2.0) * std::log(2.0);
   for (const FreeEffect& effect : hypothesis.effects)
-    if (effect.name() == "unknown") result -= log_ways(terms_of_unknown(), static_cast<std::size_t>(effect.size()));
+    if (effect.name() == "unknown")
+      result -= log_ways(effect_named("unknown").parameters.size(), static_cast<std::size_t>(effect.size()));
   return result;
 }
 
-// Wind, current, waves: what is another one on another day.
+// A vector and nothing else (current, wind, a pull): another one on another day.
 bool may_differ(const std::string& effect) {
-  for (const EffectDescription& description : effect_catalogue())
-    if (description.info.name == effect) {
-      const auto& parameters = description.parameters;
-      return parameters.size() == 2 && parameters[0].at_3m.kind == Prior::Kind::rayleigh;
-    }
-  return false;
+  const auto& parameters = effect_named(effect).parameters;
+  return parameters.size() == 2 && parameters[0].at_3m.kind == Prior::Kind::rayleigh;
 }
 
 // What is tried of the candidates [begin, end), which belong to one effect: each that acts everywhere, and of those
@@ -146,6 +139,12 @@ std::vector<std::vector<std::size_t>> sets_of(const EffectScreen& screen, std::s
 void sort(std::vector<Start>& starts) {
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
+}
+
+void sort(std::vector<Comparison::Promise>& promises) {
+  std::stable_sort(promises.begin(), promises.end(), [](const Comparison::Promise& a, const Comparison::Promise& b) {
+    return a.starts.front().log_evidence > b.starts.front().log_evidence;
+  });
 }
 
 }  // namespace
@@ -233,6 +232,7 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
     }
     sort(promise.starts);
     promise.gain = most - screens.front().log_evidence({});
+    if (from == 0) screened_[effect] = promise.gain;
     result.push_back(std::move(promise));
   }
   if (pair) {  // both from the same coefficients
@@ -246,9 +246,7 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
             pair->assign({screen.start(both)});
       }
   }
-  std::stable_sort(result.begin(), result.end(), [](const Promise& a, const Promise& b) {
-    return a.starts.front().log_evidence > b.starts.front().log_evidence;
-  });
+  sort(result);
   if (result.size() > count) result.resize(count);
   return result;
 }
@@ -296,35 +294,29 @@ std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from
     sort(promise.starts);
     promise.gain = promise.starts.front().log_evidence - screen.log_evidence({});
   }
-  std::stable_sort(result.begin(), result.end(), [](const Promise& a, const Promise& b) {
-    return a.starts.front().log_evidence > b.starts.front().log_evidence;
-  });
+  sort(result);
   return result;
 }
 
 std::vector<Start> Comparison::terms_beside(std::size_t from) {
-  const EffectDescription* unknown = nullptr;
-  for (const EffectDescription& description : effect_catalogue())
-    if (description.info.name == "unknown") unknown = &description;
+  const std::span<const EffectParameter> all_terms = effect_named("unknown").parameters;
   const auto only = [&](const std::vector<std::size_t>& terms) {
     FreeEffect::Choice choice;
-    for (std::size_t i = 0; i < unknown->parameters.size(); ++i)
-      if (std::find(terms.begin(), terms.end(), i) == terms.end())
-        choice.fixed[std::string(unknown->parameters[i].name)] = 0.0;
+    for (std::size_t i = 0; i < all_terms.size(); ++i)
+      if (std::find(terms.begin(), terms.end(), i) == terms.end()) choice.fixed[std::string(all_terms[i].name)] = 0.0;
     return FreeEffect("unknown", campaign_.ship, choice);
   };
   std::vector<Candidate> candidates;
-  for (std::size_t i = 0; i < unknown->parameters.size(); ++i)
-    candidates.push_back({{only({i})}, Eigen::VectorXd::Zero(1)});
+  for (std::size_t i = 0; i < all_terms.size(); ++i) candidates.push_back({{only({i})}, Eigen::VectorXd::Zero(1)});
   const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, std::move(candidates), 1.0, options_.jobs,
                             tolerances(all_[from].fit));
 
   // With what the choice among all sets of a size costs.
   const auto worth = [&](const std::vector<std::size_t>& terms) {
-    return screen.log_evidence(terms) - log_ways(unknown->parameters.size(), terms.size());
+    return screen.log_evidence(terms) - log_ways(all_terms.size(), terms.size());
   };
   std::vector<std::pair<double, std::size_t>> singles;
-  for (std::size_t i = 0; i < unknown->parameters.size(); ++i) singles.emplace_back(-worth({i}), i);
+  for (std::size_t i = 0; i < all_terms.size(); ++i) singles.emplace_back(-worth({i}), i);
   std::sort(singles.begin(), singles.end());
   const std::size_t n = std::min(kTellingTerms, singles.size());
   std::vector<std::size_t> best;
@@ -445,11 +437,25 @@ double Comparison::log_odds(std::size_t i) const {
 }
 
 std::vector<double> Comparison::probabilities() const {
+  // Tempered, ln of odds against nothing missing: the evidence counts for less, what was believed before counts whole.
+  const auto tempered = [](double log_odds, const Hypothesis& hypothesis) {
+    const double prior = log_prior(hypothesis) - log_prior({});
+    return (log_odds - prior) / kTemper + prior;
+  };
   std::vector<double> result;
-  for (std::size_t i = 0; i < all_.size(); ++i) result.push_back(log_odds(i));
+  for (std::size_t i = 0; i < all_.size(); ++i) result.push_back(tempered(log_odds(i), all_[i].hypothesis));
   const double largest = *std::max_element(result.begin(), result.end());
   double sum = 0.0;
   for (double& x : result) sum += x = std::exp(x - largest);
+  // Single effects that promised too little to be fitted share in it as well.
+  for (const auto& [effect, gain] : screened_) {
+    const bool is_fitted = std::any_of(all_.begin(), all_.end(), [&](const Fitted& fitted) {
+      return fitted.hypothesis.names() == std::vector<std::string>{effect};
+    });
+    if (is_fitted) continue;
+    const Hypothesis alone{{FreeEffect(effect, campaign_.ship)}};
+    sum += std::exp(tempered(gain + log_prior(alone) - log_prior({}), alone) - largest);
+  }
   for (double& x : result) x /= sum;
   return result;
 }
@@ -457,7 +463,7 @@ std::vector<double> Comparison::probabilities() const {
 bool Comparison::holds(std::size_t better, std::size_t than, double p_value) const {
   const auto [sum, sd] = gain(all_[better], all_[than]);
   const double rate = options_.false_alarm, odds = log_odds(better) - log_odds(than);
-  const double least = p_value < rate * rate || (than != 0 && odds > kStrongOdds) ? 1.0 : kGainSd;
+  const double least = p_value < rate * rate || odds > kStrongOdds ? 1.0 : kGainSd;
   return sum > 0.0 && sum > least * sd && odds > 0.0 && is_significant(all_[better]);
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <map>
+#include <string>
+
 #include "gap/detect.hpp"
 #include "gap/screen.hpp"
 
@@ -62,11 +65,12 @@ class Comparison {
   /// ln of the posterior odds against nothing missing. Correlation between blocks takes from all evidence what it takes
   /// from that of the likeliest.
   double log_odds(std::size_t i) const;
+  /// Of all that were fitted, tempered; what is missing to 1 is shared by the single effects that were screened alone.
   std::vector<double> probabilities() const;
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
   /// is more than nothing.
   ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough; so it is
-  ///            for one effect more where the evidence is strong
+  ///            where the evidence is strong
   bool holds(std::size_t better, std::size_t than, double p_value) const;
 
  private:
@@ -80,6 +84,7 @@ class Comparison {
   Blocks blocks_;
   std::vector<Fitted> all_;
   std::vector<std::vector<std::size_t>> folds_;
+  std::map<std::string, double> screened_;  ///< what each effect promised beside nothing [nats]
 };
 
 /// The evidence of all blocks but those of a fold.

@@ -10,6 +10,7 @@
 #include "core/errors.hpp"
 #include "gap/comparison.hpp"
 #include "gap/free_runs.hpp"
+#include "gap/learned_residual.hpp"
 #include "gap/locate.hpp"
 #include "gap/words.hpp"
 
@@ -21,10 +22,10 @@ constexpr std::size_t kNextRefitted = 4;  // beside what was chosen
 constexpr double kHopeless = 0.5;         // of the evidence that was gained: what promises less is not fitted any more,
 constexpr double kFarBehind = 20.0;       // if it is so many nats behind
 constexpr double kPairGain = 10.0;        // nats by which a pair must promise more than one effect
-constexpr double kNotExcluded = 0.1;      // of the probability: what is not excluded against a hypothesis
+constexpr double kNotExcluded = 0.3;      // of the probability: what is not excluded against a hypothesis
 constexpr double kPossible = 0.01;        // probability that is worth a word
 constexpr double kUnexplained = 0.5;      // of the model error's energy that what is named must take away
-constexpr double kOverwhelming = 7.0;     // nats: then p-values that are only close to the stated rate do
+constexpr double kStrong = 5.7;           // nats of posterior odds: then the p-value is not asked
 constexpr double kOfPlaces = 5.0;         // nats for a residual that depends on the position: walls and lines are tried
 constexpr double kNegligible = 0.05;      // of the evidence of what is named: what is left is not worth a word
 
@@ -54,12 +55,6 @@ Detection left_beside(const Campaign& campaign, const Fitted& fitted, const GapE
   return detect(with, fit, library, detect_options);
 }
 
-const EffectInfo& info_of(const std::string& effect) {
-  for (const EffectDescription& description : effect_catalogue())
-    if (description.info.name == effect) return description.info;
-  throw UsageError(fmt::format("no effect '{}' in the catalogue", effect));
-}
-
 // How well a delay can be known [s]: what actuators do between samples is not.
 double timing_sd_s(const Campaign& campaign) {
   double sample_s = 0.0;
@@ -79,8 +74,8 @@ Explained told(const Fitted& fitted, const Fitted& none, const Campaign& campaig
   for (const EffectSpan& span : spans_of(fitted.hypothesis)) {
     const FreeEffect& effect = fitted.hypothesis.effects[span.effect];
     result.effects.push_back(effect.name());
-    sentences.emplace_back(info_of(effect.name()).sentence);
-    maneuvers.emplace_back(info_of(effect.name()).separating_maneuver);
+    sentences.emplace_back(effect_named(effect.name()).info.sentence);
+    maneuvers.emplace_back(effect_named(effect.name()).info.separating_maneuver);
     const Eigen::Index n = effect.size();
     const Eigen::VectorXd mean = z.mean.segment(span.first, span.count);
     const Eigen::MatrixXd covariance =
@@ -138,6 +133,15 @@ FreeEffect::Choice tug_in(const Interval& interval, const Campaign& campaign) {
   return tug;
 }
 
+// A fit whose effects stand in the ship now.
+FittedNull with_effects_in_ship(FittedNull fit) {
+  fit.theta = without_effects(fit.theta, fit.effects);
+  fit.prior_sd = without_effects(fit.prior_sd, fit.effects);
+  fit.parameters.erase(fit.parameters.end() - 1 - fit.effects, fit.parameters.end() - 1);
+  fit.effects = 0;
+  return fit;
+}
+
 std::vector<EffectEntry> added(const Ship& with, const Ship& to) {
   return {with.effects.begin() + static_cast<std::ptrdiff_t>(to.effects.size()), with.effects.end()};
 }
@@ -158,11 +162,11 @@ std::vector<ShipOnRuns> by_recording(const Hypothesis& hypothesis, const Eigen::
 // Something that the catalogue does not hold, beside what was chosen: as probable as its p-value lets it be. The
 // p-value bounds the odds for nothing by -e p ln p (Sellke, Bayarri & Berger 2001, The American Statistician 55,
 // 62-71).
-void add_unknown(Explanation& explanation, const Hypothesis& chosen, double p_value) {
+void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double p_value) {
   const double p = std::clamp(p_value, 1e-300, std::exp(-1.0)), odds = -std::exp(1.0) * p * std::log(p);
   for (Explained& hypothesis : explanation.hypotheses) hypothesis.probability *= odds / (1.0 + odds);
   Explained unknown;
-  unknown.effects = chosen.names();
+  unknown.effects = beside;
   unknown.effects.push_back("unknown");
   unknown.name = fmt::format("{}", fmt::join(unknown.effects, " + "));
   unknown.probability = 1.0 / (1.0 + odds);
@@ -179,8 +183,10 @@ void add_sensors(Explanation& explanation, const Findings& findings) {
   const auto add = [&](const std::string& name, const std::string& sentence, double p_value) {
     explanation.verdict = Verdict::mismatch;
     explanation.p_value = std::min(explanation.p_value, p_value);
-    explanation.chosen.insert(explanation.chosen.begin(), name);
-    sensors.effects.insert(sensors.effects.begin(), name);
+    if (std::find(sensors.effects.begin(), sensors.effects.end(), name) == sensors.effects.end()) {
+      explanation.chosen.insert(explanation.chosen.begin(), name);
+      sensors.effects.insert(sensors.effects.begin(), name);
+    }
     sensors.sentence = sensors.sentence.empty() ? sentence : sentence + " " + sensors.sentence;
     all_chance = 1.0 - (1.0 - all_chance) * (1.0 - std::clamp(p_value, 0.0, 1.0));
   };
@@ -276,8 +282,8 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   };
   // Not the best, but what predicts better what was left out.
   const bool is_certain =
-      findings.detection.p_value < options.locate.false_alarm || comparison.log_odds(best) > kOverwhelming;
-  std::size_t chosen = is_searched && is_certain && comparison.holds(best, 0, findings.detection.p_value) ? best : 0;
+      findings.detection.p_value < options.locate.false_alarm || comparison.log_odds(best) > kStrong;
+  std::size_t chosen = is_certain && comparison.holds(best, 0, findings.detection.p_value) ? best : 0;
   double left_p = chosen == 0 ? findings.detection.p_value : 1.0;
   bool is_negligible = false;  // what is left
   while (chosen != 0) {
@@ -357,14 +363,15 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     const double L = ship.particulars.L_pp;
     const double taken = 1.0 - energy(answer.fit.noise.sigma_w, L) / energy(findings.fit.sigma_w, L);
     explanation.is_complete = chosen != 0 && (left_p >= options.locate.false_alarm || is_negligible);
-    if (chosen != 0 && (explanation.is_complete || taken > kUnexplained))
+    if (chosen != 0 && (explanation.is_complete || taken > kUnexplained || comparison.log_odds(chosen) > kStrong))
       explanation.chosen = answer.hypothesis.names();
     const auto names = [&](const char* name) {
       return std::find(explanation.chosen.begin(), explanation.chosen.end(), name) != explanation.chosen.end();
     };
     if (!explanation.is_complete && !names("unknown")) {
       explanation.chosen.push_back("unknown");
-      add_unknown(explanation, answer.hypothesis, left_p);
+      const std::vector<std::string> fitted = answer.hypothesis.names();  // with terms for it, or without
+      if (fitted.empty() || fitted.back() != "unknown") add_unknown(explanation, fitted, left_p);
     }
   }
   add_sensors(explanation, findings);
@@ -376,9 +383,29 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
         hypothesis.confusable_with.push_back(other.name);
   explanation.parameters = answer.fit.report.parameters;
 
-  progress(0.9, "free runs before and after");
+  const std::size_t jobs = options.locate.jobs;
   const Coordinates z = coordinates_of(answer.fit);
-  const Ship with = answer.hypothesis.applied_to(campaign.ship, z.mean);
+  Ship with = answer.hypothesis.applied_to(campaign.ship, z.mean);
+  LearnedResidual learned;
+  if (std::find(explanation.chosen.begin(), explanation.chosen.end(), "unknown") != explanation.chosen.end()) {
+    progress(0.89, "a network for what is left");
+    std::vector<std::vector<Run>> left_out;
+    for (const std::vector<std::size_t>& fold : comparison.folds())
+      left_out.push_back(runs_of(campaign, comparison.blocks(), fold));
+    if (answer.hypothesis.differs())
+      learned.problem = "what is named differs between recordings";
+    else if (ship.residual_network)
+      learned.problem = "the ship has one already";
+    else
+      learned = learn_residual(campaign, investigation.null.smoothed, with, left_out, answer.fit.noise,
+                               options.locate.seed, jobs);
+    if (!learned.problem.empty()) explanation.notices.push_back("no network learned what is left: " + learned.problem);
+    explanation.residual_network = with.residual_network = learned.network;
+    explanation.log_error_without_network = learned.log_error_without;
+    explanation.log_error_with_network = learned.log_error_with;
+  }
+
+  progress(0.9, "free runs before and after");
   explanation.effects = added(with, campaign.ship);
   if (answer.hypothesis.differs())
     for (std::size_t r = 0; r < campaign.recordings.size(); ++r)
@@ -386,11 +413,11 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
           added(answer.hypothesis.applied_to(campaign.ship, z.mean, r), campaign.ship);
   explanation.heldout_gain = answer.gain;
   explanation.heldout_gain_sd = answer.gain_sd;
-  const std::size_t jobs = options.locate.jobs;
   const std::vector<Run> whole = whole_runs(campaign);
   explanation.train.before = free_runs(campaign, investigation.null.smoothed, {{ship, whole}}, jobs);
-  explanation.train.after =
-      free_runs(campaign, investigation.null.smoothed, by_recording(answer.hypothesis, z.mean, campaign, whole), jobs);
+  std::vector<ShipOnRuns> fitted_ships = by_recording(answer.hypothesis, z.mean, campaign, whole);
+  for (ShipOnRuns& one : fitted_ships) one.ship.residual_network = learned.network;
+  explanation.train.after = free_runs(campaign, investigation.null.smoothed, fitted_ships, jobs);
   const auto add_likelihood = [](Scores& scores, const FittedNull& fit, const std::vector<Run>& runs) {
     scores.log_likelihood_per_sample =
         fit.total.log_likelihood / static_cast<double>(std::max<std::size_t>(1, fit.total.measurements));
@@ -408,16 +435,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     Campaign other = prepare(ship, heldout, {campaign.step_s, 0.0});
     const FittedNull before = follow(other, all.front().fit, {}, jobs);
     Campaign other_with = prepare(with, heldout, {campaign.step_s, 0.0});
-    FittedNull alone = answer.fit;  // with its effects in the ship
-    const Eigen::Index effects = alone.effects, coefficients = alone.theta.size() - 1 - effects;
-    for (Eigen::VectorXd* vector : {&alone.theta, &alone.prior_sd}) {
-      Eigen::VectorXd shorter(coefficients + 1);
-      shorter << vector->head(coefficients), vector->tail(1);
-      *vector = shorter;
-    }
-    alone.parameters.erase(alone.parameters.begin() + coefficients, alone.parameters.end() - 1);
-    alone.effects = 0;
-    const FittedNull after = follow(other_with, alone, {}, jobs);
+    const FittedNull after = follow(other_with, with_effects_in_ship(answer.fit), {}, jobs);
     const std::vector<Run> runs = whole_runs(other);
     explanation.heldout.before = free_runs(other, before.smoothed, {{ship, runs}}, jobs);
     explanation.heldout.after = free_runs(other, before.smoothed, {{with, runs}}, jobs);
@@ -450,13 +468,25 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       const Eigen::Index effects = answer.fit.effects;
       before.push_back({ship, runs});
       for (ShipOnRuns& one :
-           by_recording(answer.hypothesis, theta.segment(theta.size() - 1 - effects, effects), campaign, runs))
+           by_recording(answer.hypothesis, theta.segment(theta.size() - 1 - effects, effects), campaign, runs)) {
+        if (learned.network) one.ship.residual_network = learned.by_fold[f];
         after.push_back(std::move(one));
+      }
       cover(all.front().fit, refitted(all.front().fit, without(of_none, comparison.blocks(), fold)), runs,
             innovations_before);
-      cover(answer.fit, theta, runs, innovations_after);
       likelihood_before += all.front().fold_evidence[f];
-      likelihood_after += answer.fold_evidence[f];
+      if (!learned.network) {
+        cover(answer.fit, theta, runs, innovations_after);
+        likelihood_after += answer.fold_evidence[f];
+        continue;
+      }
+      Ship there = with;
+      there.residual_network = learned.by_fold[f];
+      Campaign with_network = prepare(there, campaign.recordings, {campaign.step_s, 0.0});
+      const FittedNull followed = follow(with_network, with_effects_in_ship(answer.fit), {}, jobs);
+      cover(followed, followed.theta, runs, innovations_after);
+      const Blocks of_network = blocks_of(with_network, followed, followed.noise, {0, nullptr}, jobs);
+      for (const std::size_t block : fold) likelihood_after += of_network.evidence[block].log_likelihood;
     }
     explanation.heldout.before = free_runs(campaign, investigation.null.smoothed, before, jobs);
     explanation.heldout.after = free_runs(campaign, investigation.null.smoothed, after, jobs);
@@ -469,7 +499,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     explanation.heldout.after.log_likelihood_per_sample = likelihood_after / n;
   }
   findings.grossly_inconsistent = errs_grossly(answer.fit.report);
-  explanation.notices = findings.notices;
+  explanation.notices.insert(explanation.notices.begin(), findings.notices.begin(), findings.notices.end());
   if (!unexcited.empty())
     explanation.notices.push_back(
         fmt::format("not tried, since these recordings cannot show it: {}", fmt::join(unexcited, ", ")));

@@ -72,6 +72,10 @@ struct Explanation {
   /// By recording, where they differ: what acts there.
   std::map<std::string, std::vector<EffectEntry>> effects_in;
   BeforeAfter train, heldout;
+  /// Where something is unknown: a small network on top of ship.json, if it predicts what is left out in turn better
+  /// than the ship does without; mean logarithm of the errors of free runs there.
+  std::shared_ptr<const ResidualNetwork> residual_network;
+  double log_error_without_network = kMissing, log_error_with_network = kMissing;
   std::vector<FreeTrack> tracks_before, tracks_after;  ///< of what was held out
   std::vector<Residual> residuals_after;               ///< what is left of the residual with what was chosen
   bool heldout_is_given = false;                       ///< false: recordings, or blocks of a few, were left out in turn

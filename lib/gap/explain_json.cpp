@@ -70,6 +70,8 @@ Json to_json(const Explained& hypothesis) {
 Json to_json(const Explanation& explanation) {
   Json locate = to_json(explanation.findings), hypotheses = Json::array();
   for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
+  Json ships = Json::object();
+  for (const auto& [recording, effects] : explanation.effects_in) ships[recording] = ship_file(recording);
   Json next = Json::array();
   for (const NextManeuver& maneuver : explanation.next)
     next.push_back({{"maneuver", maneuver.name},
@@ -93,7 +95,12 @@ Json to_json(const Explanation& explanation) {
        {{"train", {{"before", to_json(explanation.train.before)}, {"after", to_json(explanation.train.after)}}},
         {"heldout", {{"before", to_json(explanation.heldout.before)}, {"after", to_json(explanation.heldout.after)}}}}},
       {"next", {{"p_right_now", number(explanation.p_right)}, {"maneuvers", next}}},
+      {"residual_network",
+       {{"in_ship", explanation.residual_network != nullptr},
+        {"log_error_without", number(explanation.log_error_without_network)},
+        {"log_error_with", number(explanation.log_error_with_network)}}},
       {"ship", "ship.json"},
+      {"ships", ships},
       {"parameters", to_json(explanation.parameters)},
       {"parameters_before", locate["null_fit"]["parameters"]},
       {"sigma_w", locate["sigma_w"]},
@@ -102,7 +109,10 @@ Json to_json(const Explanation& explanation) {
       {"notices", explanation.notices}};
 }
 
-Json ship_with(Json of, const std::vector<EffectEntry>& effects) {
+std::string ship_file(const std::string& recording) { return "ship-" + recording + ".json"; }
+
+Json ship_with(Json of, const std::vector<EffectEntry>& effects, const ResidualNetwork* network) {
+  if (network != nullptr) of["residual_network"] = to_json(*network);
   if (effects.empty()) return of;
   if (!of.contains("effects")) of["effects"] = Json::array();
   for (const EffectEntry& entry : effects) {

@@ -32,12 +32,8 @@ double in_circle_deg(double angle_deg) {
 
 FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& choice)
     : name_(name), recording_(choice.recording), towards_deg_(choice.towards_deg) {
-  const std::vector<EffectDescription>& catalogue = effect_catalogue();
-  const auto found =
-      std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& effect) { return effect.info.name == name; });
-  if (found == catalogue.end()) throw UsageError(fmt::format("no effect '{}' in the catalogue", name));
-  type_ = static_cast<std::size_t>(found - catalogue.begin());
-  parameters_ = found->parameters;
+  parameters_ = effect_named(name).parameters;
+  type_ = *find_effect(name);
   const bool is_full_scale = ship.particulars.L_pp > kFullScale_m;
   const auto prior = [&](const EffectParameter& p) {
     const auto other = choice.priors.find(std::string(p.name));

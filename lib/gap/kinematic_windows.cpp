@@ -48,8 +48,8 @@ double sampling_time(const Trajectory& recording) {
 }
 
 KinematicWindows::KinematicWindows(const std::vector<Trajectory>& recordings, double window_s) {
-  double longest_s = 0.0, speed2 = 0.0, rate2 = 0.0;
-  std::size_t speeds = 0, rates = 0;
+  double longest_s = 0.0, speed2 = 0.0, rate2 = 0.0, bends2 = 0.0;
+  std::size_t speeds = 0, rates = 0, bends = 0;
   for (const Trajectory& recording : recordings) {
     if (recording.size() < 2) continue;
     longest_s = std::max(longest_s, recording[Channel::t].back() - recording[Channel::t].front());
@@ -59,13 +59,19 @@ KinematicWindows::KinematicWindows(const std::vector<Trajectory>& recordings, do
         const double U2 = std::pow(recording[Channel::u][k], 2) + std::pow(recording[Channel::vm][k], 2);
         if (std::isfinite(U2)) speed2 += U2, ++speeds;
       }
-    for (const double r : recording[Channel::r])
-      if (std::isfinite(r)) rate2 += r * r, ++rates;
+    const std::vector<double>& r = recording[Channel::r];
+    for (std::size_t k = 0; k < r.size(); ++k) {
+      if (std::isfinite(r[k])) rate2 += r[k] * r[k], ++rates;
+      if (k < 2 || !std::isfinite(r[k] - 2.0 * r[k - 1] + r[k - 2])) continue;
+      bends2 += std::pow(r[k] - 2.0 * r[k - 1] + r[k - 2], 2) / 6.0;  // of white noise: its variance
+      ++bends;
+    }
   }
   rms_speed_ = speeds > 0 ? std::sqrt(speed2 / static_cast<double>(speeds)) : 0.0;
   rms_rate_ = rates > 0 ? std::sqrt(rate2 / static_cast<double>(rates)) : 0.0;
   margin_s_ = std::min(kLongestLatency_s, longest_s / 10.0);
   window_s_ = std::max(window_s, 4.0 * sample_s_);
+  if (bends > 0) rate_noise_ = std::sqrt(bends2 / static_cast<double>(bends) * sample_s_ * window_s_);
 
   std::size_t total = 0, with_windows = 0;
   for (const Trajectory& recording : recordings) {

@@ -53,6 +53,8 @@ class KinematicWindows {
   double rms_speed() const { return rms_speed_; }
   double rms_rate() const { return rms_rate_; }
   double rms_turned() const;  ///< of the heading over the windows [rad]
+  /// What the noise of r adds to its integral over a window [rad], from the second differences of its samples.
+  double rate_noise() const { return rate_noise_; }
 
  private:
   struct Node {
@@ -78,7 +80,7 @@ class KinematicWindows {
   std::vector<std::size_t> unit_recording_;
   Eigen::Index rows_ = 0;
   bool units_are_recordings_ = false;
-  double margin_s_ = 0.0, window_s_ = 0.0, sample_s_ = 0.0, rms_speed_ = 0.0, rms_rate_ = 0.0;
+  double margin_s_ = 0.0, window_s_ = 0.0, sample_s_ = 0.0, rms_speed_ = 0.0, rms_rate_ = 0.0, rate_noise_ = 0.0;
 };
 
 /// Mean time between samples: the median.

@@ -128,12 +128,6 @@ Survivor survivor(const Fitted& fitted, const Campaign& campaign) {
   return result;
 }
 
-Eigen::VectorXd coefficients_of(const FittedNull& fit) {
-  Eigen::VectorXd plain(fit.theta.size() - fit.effects);
-  plain << fit.theta.head(fit.theta.size() - 1 - fit.effects), fit.theta.tail(1);
-  return plain;
-}
-
 // What the maneuver would record if the hypothesis were true, free of noise.
 std::vector<Trajectory> simulated(const MenuItem& item, const Survivor& truth, const Ship& ship,
                                   const Vec2<double>& wind, double step_s) {
@@ -145,7 +139,7 @@ std::vector<Trajectory> simulated(const MenuItem& item, const Survivor& truth, c
     SimulatedShip start(with);
     start.state.eta(2) = run.heading_rad;
     start.actuators = ahead;
-    apply_uncertainty(start.model, coefficients_of(truth.fit));
+    apply_uncertainty(start.model, without_effects(truth.fit.theta, truth.fit.effects));
     TimeGrid grid;
     grid.sample_s = step_s;
     grid.dt_s = step_s / std::ceil(step_s / (0.1 * std::sqrt(ship.particulars.L_pp / 3.0)));

@@ -30,7 +30,7 @@ struct FittedNull {
 struct FitOptions {
   std::size_t jobs = 1;
   int most_iterations = 30;
-  std::function<void(double done, const std::string& note)> progress;  ///< done in 0..1
+  std::function<void(double done, const std::string& note)> progress = {};  ///< done in 0..1
 };
 
 /// Maximizes the marginal likelihood: the paths are integrated out by the filter, the parameters theta ~ N(0,

@@ -214,6 +214,10 @@ std::string next_step(const Explanation& explanation, const Explained* what) {
     if (best->p_right > explanation.p_right + kTelling)
       return fmt::format("record {} ({:.0f} s; mmg-sim {}): probability of the right name {:.2f} -> {:.2f}", best->name,
                          best->duration_s, best->command, explanation.p_right, best->p_right);
+    return fmt::format(
+        "more recordings: no single maneuver of the menu would tell (probability of the right name {:.2f} -> {:.2f} at "
+        "best, by {})",
+        explanation.p_right, best->p_right, best->name);
   }
   if (explanation.verdict == Verdict::no_mismatch) return next_step(findings);
   if (what == nullptr)
@@ -285,6 +289,15 @@ std::string summary(const Explanation& explanation) {
       screen.item("Runner-up", fmt::format("{}, probability {:.2g}", other.name, other.probability), 1);
       break;
     }
+  if (!std::isnan(explanation.log_error_with_network))
+    screen.item(
+        "Learned",
+        explanation.residual_network != nullptr
+            ? fmt::format("a network in ship.json, zero outside of what was recorded: free runs over what is "
+                          "left out in turn err {} as much as without it",
+                          percent(std::exp(explanation.log_error_with_network - explanation.log_error_without_network)))
+            : "a network for what is left predicts what is left out no better: none is in ship.json",
+        2);
   add_parameters(screen, explanation.parameters);
   const auto told = [&](const BeforeAfter& fit) {
     const auto runs = [](const Scores& scores) {
@@ -299,7 +312,7 @@ std::string summary(const Explanation& explanation) {
         after.rmse_r_degps, before.rmse_position_m, after.rmse_position_m, fit.before.log_likelihood_per_sample,
         fit.after.log_likelihood_per_sample);
   };
-  if (!explanation.effects.empty()) {
+  if (!explanation.effects.empty() || explanation.residual_network) {
     screen.item("Held out", "free runs of 100 s, root mean square errors before -> after: " + told(explanation.heldout),
                 3);
     screen.item("",

@@ -119,6 +119,10 @@ void for_each_uncertain(Model<T>& model, const Visit& visit) {
           one("rudder.gain_starboard", 0.10, rudder.k_starboard);
           one("rudder.k_x", 0.10, c.k_x);
           visit("rudder.gamma_R", 0.2, [&](const T& k) { rudder.scale_flow_straightening(k); });
+          one("rudder.interference", 0.2, rudder.k_interference);
+          one("rudder.a_H", 0.2, rudder.k_a_H);
+          one("rudder.x_H", 0.10, rudder.k_x_H);
+          one("rudder.l_R", 0.15, rudder.k_l_R);
         } else {
           one("rudder.gain", 0.10, c.f_alpha);
           one("rudder.a_H", 0.2, c.a_H);
@@ -132,6 +136,7 @@ void for_each_uncertain(Model<T>& model, const Visit& visit) {
           one("rudder.gamma_R_negative", 0.2, c.gamma_R_negative);
           one("rudder.gamma_R_positive", 0.2, c.gamma_R_positive);
         }
+        one("rudder.gain_35deg", 0.2, rudder.shape.k_35);
       },
       model.modules.rudder);
 

@@ -71,6 +71,8 @@ constexpr const ChannelInfo& info(Channel channel) { return kChannels[static_cas
 
 /// "u_mps", "i_bt": the column name that writers use and readers expect.
 std::string column_name(Channel channel);
+/// The same with the SI unit: "psi_rad", "r_radps".
+std::string si_name(Channel channel);
 
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 

@@ -350,6 +350,12 @@ Ship read_ship(const std::string& name_or_path) {
       json.fail("actuators", fmt::format("no force module reads '{}'", info(actuator.channel).name));
   if (json.has("effects"))
     for (const JsonObject& effect : json.objects("effects")) ship.effects.push_back(read_effect(effect));
+  if (const auto network = json.object_if("residual_network")) {
+    ship.residual_network = std::make_shared<const ResidualNetwork>(residual_network_from(*network));
+    for (const Channel channel : ship.residual_network->actuators)
+      if (ship.find_actuator(channel) == nullptr)
+        network->fail("inputs", fmt::format("the ship has no actuator '{}'", info(channel).name));
+  }
   if (const auto uncertainty = json.object_if("uncertainty"))
     for (const std::string& name : uncertainty->keys())
       ship.uncertainty.push_back({name, uncertainty->number(name, {1e-4, 3.0})});

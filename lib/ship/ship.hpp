@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -7,6 +8,7 @@
 
 #include "ship/actuators.hpp"
 #include "ship/coefficients.hpp"
+#include "ship/residual_network.hpp"
 
 namespace leeway {
 
@@ -35,6 +37,7 @@ struct Ship {
   std::optional<WindCoefficients> wind;
   std::vector<Actuator> actuators;  ///< every channel that a module reads, each once
   std::vector<EffectEntry> effects;
+  std::shared_ptr<const ResidualNetwork> residual_network;  ///< nullptr: none
   /// How well a coefficient is known: standard deviation of its natural logarithm; gap/uncertainty.hpp knows the names.
   struct Uncertainty {
     std::string name;

@@ -124,7 +124,7 @@ def judge(key, run, report):
         return out
     chosen, faults = chosen_of(report), faults_of(report)
     ranked, accepted = ranking(report), accepted_set(report)
-    hypotheses = physical(report)
+    hypotheses = sorted(report.get("hypotheses") or [], key=lambda g: -(g.get("probability") or 0.0))
     h = hypotheses[0] if hypotheses else None
     out["verdict"], out["chosen"], out["p_value"] = report.get("verdict"), chosen, report.get("p_value")
     out["alarm"] = report.get("verdict") == "mismatch" or bool(chosen)
@@ -139,9 +139,9 @@ def judge(key, run, report):
     out["set_size"] = len(accepted)
     out["unknown"] = "unknown" in chosen
     out["quantities"] = quantities(report, key)
-    sensors = set(faults) | {"convention"}
     in_catalogue = key["family"] != "outside"
-    wanted = set(truth) - sensors
+    # Faults of sensors stand in the hypotheses that have them, or in the audit alone.
+    wanted = set(truth) if any(set(faults) & set(effects_of(g)) for g in hypotheses) else set(truth) - set(faults)
     if h is not None and h.get("probability") is not None and in_catalogue:
         out["probability"], out["right"] = h["probability"], set(effects_of(h)) == wanted
         true_p = sum(g.get("probability") or 0.0 for g in hypotheses if set(effects_of(g)) == wanted)

@@ -82,4 +82,20 @@ inline Actuators<double> esso_actuators(double delta_deg, double n_p) {
   return a;
 }
 
+/// The equations of motion over ground, with the added mass in water that moves.
+///   nu, rate  over ground;  nu_c, a  of the water and its change along the ship's path, in ship axes;  F  of the
+///   modules
+inline void check_moving_water(const Inertia<double>& i, const Vec3<double>& nu, const Vec3<double>& rate,
+                               const Vec2<double>& nu_c, const Vec2<double>& a, const Vec3<double>& F) {
+  using Catch::Matchers::WithinAbs;
+  const double u = nu(0), v = nu(1), r = nu(2), u_r = u - nu_c(0), v_r = v - nu_c(1);
+  CHECK_THAT(
+      (i.m + i.m_x) * rate(0),
+      WithinAbs(F(0) + i.m * v * r + i.m * i.x_G * r * r + i.m_y * v_r * r + i.m_x * (r * nu_c(1) + a(0)), 1e-5));
+  CHECK_THAT((i.m + i.m_y) * rate(1) + i.m * i.x_G * rate(2),
+             WithinAbs(F(1) - i.m * u * r - i.m_x * u_r * r + i.m_y * (-r * nu_c(0) + a(1)), 1e-5));
+  CHECK_THAT((i.I_z + i.m * i.x_G * i.x_G) * rate(2) + i.m * i.x_G * rate(1),
+             WithinAbs(F(2) - i.m * i.x_G * u * r, 1e-5));
+}
+
 }  // namespace leeway::test

@@ -176,17 +176,9 @@ TEST_CASE("moving water: the equations over ground with added mass in u_c, v_c a
   const WaterMotion<double> water = model.effects.water(at);
   const Vec2<double> nu_c = at.to_ship(water.velocity), a = at.to_ship(water.rate);
   const Vec3<double> nu_r(nu(0) - nu_c(0), nu(1) - nu_c(1), nu(2));
-  const Inertia<double>& i = model.inertia;
   const Vec3<double> F = model.modules.force(nu_r, now.actuators, Vec2<double>::Zero());
-  const double u = nu(0), v = nu(1), r = nu(2);
   CHECK(water.rate.norm() > 1e-3);
-  CHECK_THAT(
-      (i.m + i.m_x) * rate(0),
-      WithinAbs(F(0) + i.m * v * r + i.m * i.x_G * r * r + i.m_y * nu_r(1) * r + i.m_x * (r * nu_c(1) + a(0)), 1e-5));
-  CHECK_THAT((i.m + i.m_y) * rate(1) + i.m * i.x_G * rate(2),
-             WithinAbs(F(1) - i.m * u * r - i.m_x * nu_r(0) * r + i.m_y * (-r * nu_c(0) + a(1)), 1e-5));
-  CHECK_THAT((i.I_z + i.m * i.x_G * i.x_G) * rate(2) + i.m * i.x_G * rate(1),
-             WithinAbs(F(2) - i.m * i.x_G * u * r, 1e-5));
+  check_moving_water(model.inertia, nu, rate, nu_c, a, F);
 }
 
 TEST_CASE("varying current: its sd and its time constant are those asked for", "[effects]") {

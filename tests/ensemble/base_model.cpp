@@ -11,6 +11,7 @@
 #include "ensemble/prediction.hpp"
 #include "ensemble/simulated.hpp"
 #include "io/files.hpp"
+#include "nn/numeric_gradient.hpp"
 #include "temporary_folder.hpp"
 
 using namespace leeway;
@@ -126,25 +127,14 @@ TEST_CASE("base model: the gradient of the whole loss agrees with central differ
   const nn::Kernels<double>& kernels = nn::kernels_double();
   const nn::KernelWorkspace<double> workspace(kernels);
   nn::AlignedVector<double> parameters = as_double(state.member.parameters);
-  nn::AlignedVector<double> gradient(parameters.size()), unused(parameters.size());
+  nn::AlignedVector<double> gradient(parameters.size());
   const auto loss = [&](nn::AlignedVector<double>& out) {
     return kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(), parameters.data(), out.data());
   };
   const double exact_loss = loss(gradient);
-  double norm = 0.0, worst = 0.0;
-  for (const double g : gradient) norm = std::max(norm, std::abs(g));
+  const double norm = test::largest_component(gradient);
   REQUIRE(norm > 0.0);
-  const double h = 1e-5;
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const double saved = parameters[i];
-    parameters[i] = saved + h;
-    const double above = loss(unused);
-    parameters[i] = saved - h;
-    const double below = loss(unused);
-    parameters[i] = saved;
-    worst = std::max(worst, std::abs((above - below) / (2.0 * h) - gradient[i]) / norm);
-  }
-  CHECK(worst < 1e-6);
+  CHECK(test::gradient_error(loss, parameters, gradient, 1e-5) < 1e-6);
 
   for (const std::string& name : nn::available_kernels()) {
     CAPTURE(name);

@@ -392,3 +392,31 @@ TEST_CASE("channel quality: noise, its correlation and the resolution are measur
     }
   }
 }
+
+TEST_CASE("audit: on straight runs, where the yaw rate is noise, no factor is found on it", "[gap][audit]") {
+  std::vector<Trajectory> recordings;
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    RandomStream noise(5, "straight runs", i);
+    Trajectory run;
+    run.name = run.file = "straight" + std::to_string(i);
+    double x = 0.0, y = 0.0;
+    for (double t = 0.0; t <= 300.0; t += 1.0) {
+      // The course wanders by a quarter of a degree.
+      const double w = 2.0 * kPi / 60.0, psi = 0.25 * kDegree * std::sin(w * t),
+                   r = 0.25 * kDegree * w * std::cos(w * t);
+      run[Channel::t].push_back(t);
+      run[Channel::x0].push_back(x + 0.03 * noise.normal());
+      run[Channel::y0].push_back(y + 0.03 * noise.normal());
+      run[Channel::psi].push_back(psi + 0.05 * kDegree * noise.normal());
+      run[Channel::u].push_back(0.5 + 0.01 * noise.normal());
+      run[Channel::vm].push_back(0.01 * noise.normal());
+      run[Channel::r].push_back(r + 0.1 * kDegree * noise.normal());
+      x += 0.5 * std::cos(psi);
+      y += 0.5 * std::sin(psi);
+    }
+    recordings.push_back(std::move(run));
+  }
+  const Audit result = audit(recordings, {});
+  CAPTURE(names(result));
+  CHECK(result.faults.empty());
+}
