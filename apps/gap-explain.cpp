@@ -60,6 +60,7 @@ int main(int argc, char** argv) try {
   std::vector<Trajectory> heldout;
   if (!held_files.empty()) heldout = cli::read_recordings(held_files, o.gap.columns, o.common.jobs);
 
+  io::require_can_make(o.output);
   gap::GapExplainOptions options;
   options.locate = cli::locate_options(o.gap, o.common);
   gap::Explanation explanation;
@@ -77,10 +78,10 @@ int main(int argc, char** argv) try {
   io::Json json = gap::to_json(explanation);
   json["provenance"] = cli::provenance(app, o.common, inputs, {});
   const io::Json ship_json = io::read_json(ship.file);
-  io::write_text((folder / "ship.json").string(),
-                 io::to_text(gap::ship_with(ship_json, explanation.effects, explanation.residual_network.get())));
+  io::write_text((folder / "ship.json").string(), io::to_text(gap::ship_with(ship_json, explanation)));
   for (const auto& [recording, effects] : explanation.effects_in)
-    io::write_text((folder / gap::ship_file(recording)).string(), io::to_text(gap::ship_with(ship_json, effects)));
+    io::write_text((folder / gap::ship_file(recording)).string(),
+                   io::to_text(gap::ship_with(ship_json, explanation, recording)));
   io::write_text((folder / "report.html").string(),
                  gap::report_html(
                      explanation, "What " + ship.name + " lacks",

@@ -61,6 +61,8 @@ int main(int argc, char** argv) try {
   const std::vector<std::string> files = cli::recording_files(o.gap.recordings);
   std::vector<Trajectory> recordings =
       cli::read_recordings(files, o.gap.columns, o.common.jobs, !o.write_corrected.empty());
+  io::require_can_make(o.output);
+  if (!o.write_corrected.empty()) io::require_can_make(o.write_corrected);
   gap::GapLocateOptions options = cli::locate_options(o.gap, o.common);
   for (const Trajectory& recording : recordings)
     for (const std::string& input : files)

@@ -2,6 +2,7 @@
 
 #include "core/wind.hpp"
 #include "effects/registry.hpp"
+#include "forces/coefficient_factors.hpp"
 #include "forces/inertia.hpp"
 #include "forces/registry.hpp"
 #include "forces/residual_network.hpp"
@@ -17,7 +18,7 @@ struct Model {
   Effects<T> effects;
   std::shared_ptr<const ResidualNetwork> residual_network;  ///< nullptr: none
 
-  /// With the effects of the ship.
+  /// With the effects of the ship. Throws InputError for a coefficient factor that the ship has not.
   explicit Model(const Ship& ship) : Model(ship, Effects<T>(ship)) {}
   /// With these effects, in place of the ship's.
   Model(const Ship& ship, Effects<T> other_effects)
@@ -26,6 +27,7 @@ struct Model {
         effects(std::move(other_effects)),
         residual_network(ship.residual_network) {
     effects.change({ship, inertia, modules});
+    multiply_coefficients(ship, inertia, modules);
   }
 
   /// (du/dt, dv_m/dt, dr/dt) at midship in water at rest, without what effects do during a run.

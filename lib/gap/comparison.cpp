@@ -23,6 +23,8 @@ constexpr double kTemper = 2.0;         // of stated probabilities: docs/gap-exp
 constexpr std::array kTolerances{0.0, 0.5, 1.0};
 constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
+// Of the sampling time: rudders that are later by less are not told from what they do between two samples.
+constexpr double kTellableShare = 0.5;
 constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may differ
 constexpr std::size_t kTellingTerms = 12;   // of the effect unknown, of which sets are formed
 
@@ -391,12 +393,41 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
   }
   if (!best) return std::nullopt;
   settle_tolerance(*best);
+  if (is_between_samples(*best)) return std::nullopt;
   const Blocks blocks = blocks_of(campaign_, best->fit, best->fit.noise, {0, nullptr}, options_.jobs);
   best->fold_evidence = fold_evidence(best->fit, blocks, folds_);
   best->kappa = overdispersion_of(best->fit, blocks);
   std::tie(best->gain, best->gain_sd) = gain(*best, none());
   all_.push_back(std::move(*best));
   return all_.size() - 1;
+}
+
+bool Comparison::is_between_samples(const Fitted& fitted) const {
+  const RudderResponse own = Effects<double>(campaign_.ship).rudder_response();
+  const Coordinates z = coordinates_of(fitted.fit);
+  const double timing = fitted.fit.theta[fitted.fit.theta.size() - 1];
+  double moved = 0.0, not_known = 0.0;  // sums of squares
+  for (const Stretch& stretch : campaign_.stretches) {
+    RudderResponse response =
+        Effects<double>(fitted.hypothesis.applied_to(campaign_.ship, z.mean, stretch.recording)).rudder_response();
+    if (response == own) return false;
+    response.delay_s += kTimingShare * stretch.sample_s * timing;
+    RudderResponse late = own;
+    late.delay_s += kTellableShare * stretch.sample_s;
+    const RecordedInputs& recorded = campaign_.recorded_inputs[stretch.recording];
+    const RecordedInputs as_is = recorded.through(own), with = recorded.through(response),
+                         later = recorded.through(late);
+    const double step_s = 0.25 * std::min(stretch.sample_s, stretch.dt_s(0));
+    for (double t = stretch.t_s.front(); t < stretch.t_s.back(); t += step_s) {
+      const Actuators<double> a = as_is.at(t).actuators, b = with.at(t).actuators, c = later.at(t).actuators;
+      for (const Channel channel : recorded.channels())
+        if (info(channel).quantity == Quantity::angle) {
+          moved += std::pow(b[channel] - a[channel], 2);
+          not_known += std::pow(c[channel] - a[channel], 2);
+        }
+    }
+  }
+  return moved < not_known;
 }
 
 void Comparison::settle_tolerance(Fitted& fitted) {
@@ -454,7 +485,8 @@ std::vector<double> Comparison::probabilities() const {
     });
     if (is_fitted) continue;
     const Hypothesis alone{{FreeEffect(effect, campaign_.ship)}};
-    sum += std::exp(tempered(gain + log_prior(alone) - log_prior({}), alone) - largest);
+    // One linear step exaggerates: a promise alone makes nothing likelier than nothing missing.
+    sum += std::exp(tempered(std::min(gain, 0.0) + log_prior(alone) - log_prior({}), alone) - largest);
   }
   for (double& x : result) x /= sum;
   return result;

@@ -57,7 +57,8 @@ class Comparison {
   /// ship lacks what it needs.
   std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice);
 
-  /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted.
+  /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted, or lets
+  /// the rudders act no otherwise than they may have between samples.
   std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts);
 
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
@@ -75,6 +76,7 @@ class Comparison {
 
  private:
   bool is_significant(const Fitted& fitted) const;
+  bool is_between_samples(const Fitted& fitted) const;
   void settle_tolerance(Fitted& fitted);
   std::vector<Candidate> candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const;
 

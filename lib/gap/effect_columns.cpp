@@ -44,9 +44,9 @@ void EffectColumns::set_inputs_of(Stretch& stretch) const { set_inputs(stretch, 
 void EffectColumns::add_to(LinearStretch& stretch) const {
   const auto count = static_cast<Eigen::Index>(sides_.size());
   for (std::size_t k = 0; k < stretch.steps.size(); ++k) {
-    Eigen::Matrix<double, kShipStates, Eigen::Dynamic>& G = stretch.steps[k].G;
+    ByRow<kShipStates>& G = stretch.steps[k].G;
     const Eigen::Index plain = G.cols() - 1;
-    Eigen::Matrix<double, kShipStates, Eigen::Dynamic> wider(kShipStates, plain + count + 1);
+    ByRow<kShipStates> wider(kShipStates, plain + count + 1);
     wider.leftCols(plain) = G.leftCols(plain);
     wider.rightCols(1) = G.rightCols(1);
     for (Eigen::Index j = 0; j < count; ++j) {

@@ -20,14 +20,17 @@ namespace {
 constexpr std::size_t kAlwaysRefitted = 3;
 constexpr std::size_t kNextRefitted = 4;  // beside what was chosen
 constexpr double kHopeless = 0.5;         // of the evidence that was gained: what promises less is not fitted any more,
-constexpr double kFarBehind = 20.0;       // if it is so many nats behind
-constexpr double kPairGain = 10.0;        // nats by which a pair must promise more than one effect
-constexpr double kNotExcluded = 0.3;      // of the probability: what is not excluded against a hypothesis
-constexpr double kPossible = 0.01;        // probability that is worth a word
-constexpr double kUnexplained = 0.5;      // of the model error's energy that what is named must take away
-constexpr double kStrong = 5.7;           // nats of posterior odds: then the p-value is not asked
-constexpr double kOfPlaces = 5.0;         // nats for a residual that depends on the position: walls and lines are tried
-constexpr double kNegligible = 0.05;      // of the evidence of what is named: what is left is not worth a word
+constexpr double kHopelessOfPlaces = 0.8;  // they are many, and a step towards the best of many promises too much
+constexpr double kFarBehind = 20.0;        // if it is so many nats behind
+constexpr double kPairGain = 10.0;         // nats by which a pair must promise more than one effect
+constexpr double kNotExcluded = 0.3;       // of the probability: what is not excluded against a hypothesis
+constexpr double kPossible = 0.01;         // probability that is worth a word
+constexpr double kUnexplained = 0.5;       // of the model error's energy that what is named must take away
+constexpr double kStrong = 5.7;            // nats of posterior odds: then the p-value is not asked
+constexpr double kOfPlaces = 5.0;     // nats for a residual that depends on the position: walls and lines are tried
+constexpr double kWorthIt = 0.05;     // by which coefficients must lower the mean logarithm of free runs' errors
+constexpr double kSameFactor = 1e-3;  // of a coefficient: what is nearer to 1 is not written down
+constexpr double kNegligible = 0.05;  // of the evidence of what is named: what is left is not worth a word
 
 // What is left beside a hypothesis: the screen around its fit.
 Detection left_beside(const Campaign& campaign, const Fitted& fitted, const GapExplainOptions& options) {
@@ -159,6 +162,15 @@ std::vector<ShipOnRuns> by_recording(const Hypothesis& hypothesis, const Eigen::
   return result;
 }
 
+// What theta says of the coefficients.
+std::vector<CoefficientFactor> factors_of(const FittedNull& fit, const Eigen::VectorXd& theta) {
+  std::vector<CoefficientFactor> factors;
+  for (Eigen::Index i = 0; i < theta.size() - 1 - fit.effects; ++i)
+    if (std::abs(theta[i]) > kSameFactor)
+      factors.push_back({fit.parameters[static_cast<std::size_t>(i)].name, std::exp(theta[i])});
+  return factors;
+}
+
 // Something that the catalogue does not hold, beside what was chosen: as probable as its p-value lets it be. The
 // p-value bounds the odds for nothing by -e p ln p (Sellke, Bayarri & Berger 2001, The American Statistician 55,
 // 62-71).
@@ -243,10 +255,11 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   };
   // Fitted one by one, until what comes next promises far less than what was found.
   const auto evidence = [&](std::size_t i) { return comparison.all()[i].log_evidence; };
-  const auto is_hopeless = [&](double promised, std::optional<std::size_t> found, std::size_t beside) {
+  const auto is_hopeless = [&](double promised, std::optional<std::size_t> found, std::size_t beside,
+                               double share = kHopeless) {
     if (!found) return false;
     const double gained = evidence(*found) - evidence(beside);
-    return promised < kHopeless * gained && promised < gained - kFarBehind;
+    return promised < share * gained && promised < gained - kFarBehind;
   };
   std::vector<std::string> unexcited;
   std::vector<Start> pair;
@@ -273,7 +286,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   if (is_of_places) {
     progress(0.73, "banks, fenders, moorings");
     for (const auto& promise : comparison.promises_of_places(0))
-      if (!is_hopeless(promise.gain, best, 0)) better(comparison.add(0, promise.starts));
+      if (!is_hopeless(promise.gain, best, 0, kHopelessOfPlaces)) better(comparison.add(0, promise.starts));
   }
   if (is_searched && acts_at_times)
     better(comparison.add(0, comparison.starts_with(0, "tug", tug_in(findings.located.intervals.front(), campaign))));
@@ -292,10 +305,12 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
              "what is left beside " + comparison.all()[chosen].hypothesis.name());
     const Detection left = left_beside(campaign, comparison.all()[chosen], options);
     left_p = left.p_value;
-    if (left.p_value >= options.locate.false_alarm || size >= options.most_effects) break;
+    if (size >= options.most_effects) break;
+    // A p-value is against everything that may be left; one effect can be certain where that is not small.
+    const bool is_left = left_p < options.locate.false_alarm;
     std::optional<std::size_t> next;
     for (const auto& promise : comparison.promises(chosen, kNextRefitted)) {
-      if (is_hopeless(promise.gain, next, chosen)) break;
+      if (is_hopeless(promise.gain, next, chosen) || (!is_left && promise.gain < kStrong)) break;
       if (const auto added = comparison.add(chosen, promise.starts))
         if (!next || evidence(*added) > evidence(*next)) next = added;
     }
@@ -303,6 +318,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     // Likelier, but not shown to help: not claimed, and no unknown either.
     is_negligible |= next && comparison.log_odds(*next) > comparison.log_odds(chosen);
     if (!next || !comparison.holds(*next, chosen, left_p)) break;
+    if (!is_left && comparison.log_odds(*next) - comparison.log_odds(chosen) < kStrong) break;
     chosen = *next;
     is_negligible = false;
   }
@@ -386,6 +402,28 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   const std::size_t jobs = options.locate.jobs;
   const Coordinates z = coordinates_of(answer.fit);
   Ship with = answer.hypothesis.applied_to(campaign.ship, z.mean);
+  // Each part that is left out in turn, with what was fitted to the rest: the effects alone, and with the coefficients.
+  const Blocks blocks = blocks_of(campaign, answer.fit, answer.fit.noise, {0, nullptr}, jobs);
+  const Evidence total = blocks.total();
+  std::vector<Eigen::VectorXd> theta_of_fold;
+  std::vector<ShipOnRuns> as_stated, alone, with_coefficients;
+  for (const std::vector<std::size_t>& fold : comparison.folds()) {
+    const std::vector<Run> runs = runs_of(campaign, blocks, fold);
+    const Eigen::VectorXd& theta = theta_of_fold.emplace_back(refitted(answer.fit, without(total, blocks, fold)));
+    as_stated.push_back({ship, runs});
+    for (ShipOnRuns& one :
+         by_recording(answer.hypothesis, theta.segment(theta.size() - 1 - answer.fit.effects, answer.fit.effects),
+                      campaign, runs)) {
+      with_coefficients.push_back(one);
+      with_coefficients.back().ship.multiply(factors_of(answer.fit, theta));
+      alone.push_back(std::move(one));
+    }
+  }
+  const std::vector<Smoothed>& starts = investigation.null.smoothed;
+  const bool takes_coefficients = log_error(free_runs(campaign, starts, with_coefficients, jobs)) <
+                                  log_error(free_runs(campaign, starts, alone, jobs)) - kWorthIt;
+  if (takes_coefficients) explanation.coefficient_factors = factors_of(answer.fit, answer.fit.theta);
+  with.multiply(explanation.coefficient_factors);
   LearnedResidual learned;
   if (std::find(explanation.chosen.begin(), explanation.chosen.end(), "unknown") != explanation.chosen.end()) {
     progress(0.89, "a network for what is left");
@@ -397,8 +435,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     else if (ship.residual_network)
       learned.problem = "the ship has one already";
     else
-      learned = learn_residual(campaign, investigation.null.smoothed, with, left_out, answer.fit.noise,
-                               options.locate.seed, jobs);
+      learned = learn_residual(campaign, starts, with, left_out, answer.fit.noise, options.locate.seed, jobs);
     if (!learned.problem.empty()) explanation.notices.push_back("no network learned what is left: " + learned.problem);
     explanation.residual_network = with.residual_network = learned.network;
     explanation.log_error_without_network = learned.log_error_without;
@@ -414,10 +451,13 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   explanation.heldout_gain = answer.gain;
   explanation.heldout_gain_sd = answer.gain_sd;
   const std::vector<Run> whole = whole_runs(campaign);
-  explanation.train.before = free_runs(campaign, investigation.null.smoothed, {{ship, whole}}, jobs);
+  explanation.train.before = free_runs(campaign, starts, {{ship, whole}}, jobs);
   std::vector<ShipOnRuns> fitted_ships = by_recording(answer.hypothesis, z.mean, campaign, whole);
-  for (ShipOnRuns& one : fitted_ships) one.ship.residual_network = learned.network;
-  explanation.train.after = free_runs(campaign, investigation.null.smoothed, fitted_ships, jobs);
+  for (ShipOnRuns& one : fitted_ships) {
+    one.ship.multiply(explanation.coefficient_factors);
+    one.ship.residual_network = learned.network;
+  }
+  explanation.train.after = free_runs(campaign, starts, fitted_ships, jobs);
   const auto add_likelihood = [](Scores& scores, const FittedNull& fit, const std::vector<Run>& runs) {
     scores.log_likelihood_per_sample =
         fit.total.log_likelihood / static_cast<double>(std::max<std::size_t>(1, fit.total.measurements));
@@ -434,7 +474,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
         recording = corrected(reread(recording, findings.conventions.contradicted), findings.audit.faults);
     Campaign other = prepare(ship, heldout, {campaign.step_s, 0.0});
     const FittedNull before = follow(other, all.front().fit, {}, jobs);
-    Campaign other_with = prepare(with, heldout, {campaign.step_s, 0.0});
+    Ship stated_with = with;  // the coefficients are in theta there
+    stated_with.coefficient_factors = ship.coefficient_factors;
+    Campaign other_with = prepare(stated_with, heldout, {campaign.step_s, 0.0});
     const FittedNull after = follow(other_with, with_effects_in_ship(answer.fit), {}, jobs);
     const std::vector<Run> runs = whole_runs(other);
     explanation.heldout.before = free_runs(other, before.smoothed, {{ship, runs}}, jobs);
@@ -444,9 +486,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     explanation.tracks_before = free_tracks(other, before.smoothed, {{ship, runs}});
     explanation.tracks_after = free_tracks(other, before.smoothed, {{with, runs}});
   } else {
-    const Blocks blocks = blocks_of(campaign, answer.fit, answer.fit.noise, {0, nullptr}, jobs);
-    const Evidence total = blocks.total();
-    std::vector<ShipOnRuns> before, after;
+    std::vector<ShipOnRuns>& after = takes_coefficients ? with_coefficients : alone;
     double likelihood_before = 0.0, likelihood_after = 0.0;
     // Innovations with what was fitted to the others.
     const Evidence of_none = comparison.blocks().total();
@@ -463,24 +503,17 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     for (std::size_t f = 0; f < comparison.folds().size(); ++f) {
       const std::vector<std::size_t>& fold = comparison.folds()[f];
       const std::vector<Run> runs = runs_of(campaign, blocks, fold);
-      const Evidence others = without(total, blocks, fold);
-      const Eigen::VectorXd theta = refitted(answer.fit, others);
-      const Eigen::Index effects = answer.fit.effects;
-      before.push_back({ship, runs});
-      for (ShipOnRuns& one :
-           by_recording(answer.hypothesis, theta.segment(theta.size() - 1 - effects, effects), campaign, runs)) {
-        if (learned.network) one.ship.residual_network = learned.by_fold[f];
-        after.push_back(std::move(one));
-      }
       cover(all.front().fit, refitted(all.front().fit, without(of_none, comparison.blocks(), fold)), runs,
             innovations_before);
       likelihood_before += all.front().fold_evidence[f];
       if (!learned.network) {
-        cover(answer.fit, theta, runs, innovations_after);
+        cover(answer.fit, theta_of_fold[f], runs, innovations_after);
         likelihood_after += answer.fold_evidence[f];
         continue;
       }
+      after[f].ship.residual_network = learned.by_fold[f];  // what differs between recordings has none
       Ship there = with;
+      there.coefficient_factors = ship.coefficient_factors;
       there.residual_network = learned.by_fold[f];
       Campaign with_network = prepare(there, campaign.recordings, {campaign.step_s, 0.0});
       const FittedNull followed = follow(with_network, with_effects_in_ship(answer.fit), {}, jobs);
@@ -488,12 +521,12 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       const Blocks of_network = blocks_of(with_network, followed, followed.noise, {0, nullptr}, jobs);
       for (const std::size_t block : fold) likelihood_after += of_network.evidence[block].log_likelihood;
     }
-    explanation.heldout.before = free_runs(campaign, investigation.null.smoothed, before, jobs);
-    explanation.heldout.after = free_runs(campaign, investigation.null.smoothed, after, jobs);
+    explanation.heldout.before = free_runs(campaign, starts, as_stated, jobs);
+    explanation.heldout.after = free_runs(campaign, starts, after, jobs);
     explanation.heldout.before.coverage = coverage(innovations_before, whole);
     explanation.heldout.after.coverage = coverage(innovations_after, whole);
-    explanation.tracks_before = free_tracks(campaign, investigation.null.smoothed, before);
-    explanation.tracks_after = free_tracks(campaign, investigation.null.smoothed, after);
+    explanation.tracks_before = free_tracks(campaign, starts, as_stated);
+    explanation.tracks_after = free_tracks(campaign, starts, after);
     const auto n = static_cast<double>(std::max<std::size_t>(1, total.measurements));
     explanation.heldout.before.log_likelihood_per_sample = likelihood_before / n;
     explanation.heldout.after.log_likelihood_per_sample = likelihood_after / n;

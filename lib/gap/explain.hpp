@@ -63,12 +63,13 @@ struct Explanation {
   Findings findings;
   Verdict verdict = Verdict::undecided;
   double p_value = 1.0;
-  std::vector<Explained> hypotheses;       ///< most probable first; "none" is one of them
-  std::vector<std::string> chosen;         ///< names; "unknown" where the catalogue does not hold it
-  bool is_complete = true;                 ///< whether nothing significant is left beside what was chosen
-  double left_p_value = 1.0;               ///< of what is left then
-  std::vector<ParameterShift> parameters;  ///< of the ship, with what was chosen
-  std::vector<EffectEntry> effects;        ///< that ship.json has more than the ship
+  std::vector<Explained> hypotheses;                   ///< most probable first; "none" is one of them
+  std::vector<std::string> chosen;                     ///< names; "unknown" where the catalogue does not hold it
+  bool is_complete = true;                             ///< whether nothing significant is left beside what was chosen
+  double left_p_value = 1.0;                           ///< of what is left then
+  std::vector<ParameterShift> parameters;              ///< of the ship, with what was chosen
+  std::vector<EffectEntry> effects;                    ///< that ship.json has more than the ship
+  std::vector<CoefficientFactor> coefficient_factors;  ///< and these, if it then follows what is left out better
   /// By recording, where they differ: what acts there.
   std::map<std::string, std::vector<EffectEntry>> effects_in;
   BeforeAfter train, heldout;

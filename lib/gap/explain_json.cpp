@@ -72,6 +72,8 @@ Json to_json(const Explanation& explanation) {
   for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
   Json ships = Json::object();
   for (const auto& [recording, effects] : explanation.effects_in) ships[recording] = ship_file(recording);
+  Json factors = Json::object();
+  for (const CoefficientFactor& by : explanation.coefficient_factors) factors[by.name] = number(by.factor);
   Json next = Json::array();
   for (const NextManeuver& maneuver : explanation.next)
     next.push_back({{"maneuver", maneuver.name},
@@ -99,6 +101,7 @@ Json to_json(const Explanation& explanation) {
        {{"in_ship", explanation.residual_network != nullptr},
         {"log_error_without", number(explanation.log_error_without_network)},
         {"log_error_with", number(explanation.log_error_with_network)}}},
+      {"coefficient_factors", factors},
       {"ship", "ship.json"},
       {"ships", ships},
       {"parameters", to_json(explanation.parameters)},
@@ -111,8 +114,16 @@ Json to_json(const Explanation& explanation) {
 
 std::string ship_file(const std::string& recording) { return "ship-" + recording + ".json"; }
 
-Json ship_with(Json of, const std::vector<EffectEntry>& effects, const ResidualNetwork* network) {
-  if (network != nullptr) of["residual_network"] = to_json(*network);
+Json ship_with(Json of, const Explanation& explanation, const std::string& recording) {
+  if (explanation.residual_network) of["residual_network"] = to_json(*explanation.residual_network);
+  for (const CoefficientFactor& by : explanation.coefficient_factors) {
+    Json& factors = of["coefficient_factors"];
+    if (factors.is_null()) factors = Json::object();
+    factors[by.name] = factors.value(by.name, 1.0) * by.factor;
+    factors["source"] = "estimated by gap-explain from recordings; standard deviations in its report.json";
+  }
+  const std::vector<EffectEntry>& effects =
+      recording.empty() ? explanation.effects : explanation.effects_in.at(recording);
   if (effects.empty()) return of;
   if (!of.contains("effects")) of["effects"] = Json::array();
   for (const EffectEntry& entry : effects) {

@@ -12,10 +12,10 @@ io::Json to_json(const Explanation& explanation);
 /// The file that holds the ship as it sails in one recording, where recordings differ.
 std::string ship_file(const std::string& recording);
 
-/// The ship's JSON with the effects added, as it stands in ship.json: what was there stays as it is.
-///   of       the contents of the ship's file
-///   effects  Explanation::effects, or those of one recording
-///   network  Explanation::residual_network; nullptr: none. It takes the place of one that is there.
-io::Json ship_with(io::Json of, const std::vector<EffectEntry>& effects, const ResidualNetwork* network = nullptr);
+/// The ship's JSON with what was found, as it stands in ship.json: effects are added, coefficient factors multiply
+/// those that are there, a network takes the place of one that is there; all else stays as it is.
+///   of         the contents of the ship's file
+///   recording  one of Explanation::effects_in; empty: in any
+io::Json ship_with(io::Json of, const Explanation& explanation, const std::string& recording = "");
 
 }  // namespace leeway::gap

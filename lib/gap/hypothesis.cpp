@@ -141,7 +141,7 @@ std::vector<double> FreeEffect::values(const Eigen::Ref<const Eigen::VectorXd>& 
 }
 
 EffectEntry FreeEffect::entry(const Eigen::Ref<const Eigen::VectorXd>& z) const {
-  EffectEntry result{name_, {}, "", ""};
+  EffectEntry result{name_, {}, "ship.json", ""};
   const std::vector<double> all = values(z);
   for (std::size_t i = 0; i < all.size(); ++i) result.parameters.emplace_back(parameters_[i].name, all[i]);
   return result;

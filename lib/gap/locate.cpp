@@ -143,7 +143,7 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
           filter.columns.col(slot + 3 + static_cast<Eigen::Index>(m)).head<kShipStates>() +=
               (advance<double>(modules[m].scaled, stretch.path[k - 1], inputs, h) - without) / kGainStep;
       }
-      filter.update(k, [&](int, double z, const Eigen::RowVectorXd& row, double) {
+      filter.update(k, [&](int, double z, const auto& row, double) {
         const std::size_t oldest = block + 1 >= kActiveBlocks ? block + 1 - kActiveBlocks : 0;
         for (std::size_t i = oldest; i <= block; ++i) {
           const auto row_i = row.segment(p + static_cast<Eigen::Index>(i % kActiveBlocks) * kinds, kinds);

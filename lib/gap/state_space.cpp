@@ -17,6 +17,8 @@ using Dual = ceres::Jet<double, kDirections>;
 
 // Variance that keeps what is not excited (no wind, no position) invertible, far below what matters.
 constexpr double kTiny = 1e-14;
+// Columns that a filter moves at a time: two AVX vectors.
+constexpr int kWidth = 8;
 
 Vec6 initial_sd(const Ship& ship) {
   const double L = ship.particulars.L_pp, V = std::sqrt(kGravity_mps2 * L);
@@ -85,8 +87,7 @@ Filter::Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index co
       stretch_(stretch),
       noise_(noise),
       wind_sd_(noise.wind_share * stretch.data->wind_speed_mps),
-      row_(count),
-      top_(kShipStates, count) {
+      rows_(kShipStates, count) {
   const StateVector& x = stretch.path.front();
   mean.tail<kStates - kErrorStart>() = -x.tail<kStates - kErrorStart>();
   covariance.diagonal().head<kShipStates>() = stretch.initial_sd.array().square();
@@ -132,11 +133,40 @@ void Filter::predict(std::size_t k) {
   const Vec6 timing = noise_.timing_sd * stretch_.steps[k].G.rightCols<1>();
   covariance.topLeftCorner<kShipStates, kShipStates>() += timing * timing.transpose();
   covariance.diagonal().array() += kTiny;
-  if (columns.cols() > 0) {
-    top_.noalias() = upper.lazyProduct(columns);
-    columns.topRows<kShipStates>() = top_;
-    for (int i = kErrorStart; i < kStates; ++i) columns.row(i) *= A(i, i);
+  Eigen::Index first = 0;
+  for (; first + kWidth <= columns.cols(); first += kWidth) move_columns<kWidth>(upper, first);
+  for (; first < columns.cols(); ++first) move_columns<1>(upper, first);
+  for (int i = kErrorStart; i < kStates; ++i) columns.row(i) *= A(i, i);
+}
+
+template <int width>
+void Filter::move_columns(const Eigen::Matrix<double, kShipStates, kStates>& A, Eigen::Index first) {
+  Eigen::Array<double, width, 1> in[kStates];
+  for (int j = 0; j < kStates; ++j) in[j] = columns.block<1, width>(j, first).transpose();
+  for (int i = 0; i < kShipStates; ++i) {
+    Eigen::Array<double, width, 1> out = A(i, 0) * in[0];
+    for (int j = 1; j < kStates; ++j) out += A(i, j) * in[j];
+    columns.block<1, width>(i, first) = out.transpose();
   }
+}
+
+template <int width>
+void Filter::take_columns(int count, Eigen::Index first) {
+  Eigen::Array<double, width, 1> x[kStates];
+  for (int j = 0; j < kStates; ++j) x[j] = columns.block<1, width>(j, first).transpose();
+  for (int t = 0; t < count; ++t) {
+    const Taken& taken = taken_[static_cast<std::size_t>(t)];
+    const Eigen::Array<double, width, 1> row = x[taken.channel] * taken.per_root;
+    rows_.block<1, width>(t, first) = row.transpose();
+    for (int j = 0; j < kStates; ++j) x[j] -= taken.gain[j] * row;
+  }
+  for (int j = 0; j < kStates; ++j) columns.block<1, width>(j, first) = x[j].transpose();
+}
+
+void Filter::take_columns(int count) {
+  Eigen::Index first = 0;
+  for (; first + kWidth <= columns.cols(); first += kWidth) take_columns<kWidth>(count, first);
+  for (; first < columns.cols(); ++first) take_columns<1>(count, first);
 }
 
 namespace {
@@ -221,7 +251,7 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
   Filter filter(stretch, noise, columns);
   // Rows are gathered, so that F grows by matrix products.
   constexpr Eigen::Index kRows = 96;
-  Eigen::MatrixXd rows(kRows, columns);
+  ByRow<Eigen::Dynamic> rows(kRows, columns);
   Eigen::VectorXd innovations(kRows);
   Eigen::Index filled = 0;
   const auto flush = [&](Evidence& block) {
@@ -241,7 +271,7 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
         filter.columns.topRightCorner(kShipStates, count) += addition;
       }
     }
-    filter.update(k, [&](int, double z, const Eigen::RowVectorXd& row, double S) {
+    filter.update(k, [&](int, double z, const auto& row, double S) {
       block.log_likelihood -= 0.5 * (z * z + std::log(2.0 * kPi * S));
       ++block.measurements;
       rows.row(filled) = row;
@@ -274,7 +304,7 @@ Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::V
     }
     predicted[k] = filter.mean;
     predicted_covariance[k] = filter.covariance;
-    filter.update(k, [&](int i, double z, const Eigen::RowVectorXd&, double) { result.innovations[k][i] = z; });
+    filter.update(k, [&](int i, double z, const auto&, double) { result.innovations[k][i] = z; });
     filtered[k] = filter.mean;
     filtered_covariance[k] = filter.covariance;
   }

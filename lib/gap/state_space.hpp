@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -18,6 +19,10 @@ namespace leeway::gap {
 inline constexpr int kStates = 11, kShipStates = 6, kErrorStart = 6, kWindStart = 9;
 using StateVector = Eigen::Matrix<double, kStates, 1>;
 using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
+/// Derivatives of `rows` quantities by many columns, one row after another: what the filter does to rows goes along
+/// them.
+template <int rows>
+using ByRow = Eigen::Matrix<double, rows, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// One step of the simulator over a grid interval.
 ///   x       (x0, y0, psi, u, v_m, r, w_u, w_v, w_r, e_x, e_y): see above; e as a from-vector in earth axes [m/s]
@@ -44,9 +49,9 @@ Eigen::Matrix<T, kShipStates, 1> advance(const Model<T>& model, const Eigen::Mat
 }
 
 struct LinearStep {
-  Vec6 offset;                                           ///< simulator's step from the path, less the path's next point
-  Eigen::Matrix<double, kShipStates, kStates> A;         ///< by x(k)
-  Eigen::Matrix<double, kShipStates, Eigen::Dynamic> G;  ///< by theta
+  Vec6 offset;                                    ///< simulator's step from the path, less the path's next point
+  Eigen::Matrix<double, kShipStates, kStates> A;  ///< by x(k)
+  ByRow<kShipStates> G;                           ///< by theta
 };
 
 /// A stretch with the model linearized along a path.
@@ -106,30 +111,30 @@ struct Evidence {
 /// The Kalman filter along a stretch, step by step; white innovations come out one by one.
 class Filter {
  public:
-  using Columns = Eigen::Matrix<double, kStates, Eigen::Dynamic>;
+  using Columns = ByRow<kStates>;
 
   Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index columns);
 
   /// Goes from point k to k+1; the caller then adds its columns to the top six rows of `columns`.
   void predict(std::size_t k);
-  /// Takes the measurements of point k one by one: innovation(channel, z, row), z with variance 1, row = dz/dbeta with
-  /// the sign that makes b = sum z row.
+  /// Takes the measurements of point k one by one: innovation(channel, z, row, S), z with variance 1, S the variance
+  /// before, row = dz/dbeta with the sign that makes b = sum z row.
   template <typename Innovation>
   void update(std::size_t k, const Innovation& innovation) {
+    int count = 0;
     for (int i = 0; i < kShipStates; ++i) {
       const double y = stretch_.data->measured[k][i];
       if (std::isnan(y)) continue;
       const double S = covariance(i, i) + noise_.measurement_sd[i] * noise_.measurement_sd[i];
       const double per_root = 1.0 / std::sqrt(S);
       const double e = y - stretch_.path[k][i] - stretch_.mean_offset[k][i] - mean[i];
-      row_ = columns.row(i) * per_root;
-      innovation(i, e * per_root, row_, S);
       const StateVector K = covariance.col(i) / S;
       mean += K * e;
-      const StateVector gain = K / per_root;
-      columns.noalias() -= gain * row_;
-      covariance.noalias() -= K * (K * S).transpose();
+      covariance -= K.lazyProduct((K * S).transpose());
+      taken_[count++] = {i, e * per_root, S, per_root, K / per_root};
     }
+    take_columns(count);
+    for (int t = 0; t < count; ++t) innovation(taken_[t].channel, taken_[t].z, rows_.row(t), taken_[t].S);
   }
 
   StateVector mean;  ///< of dx, given what was taken so far
@@ -138,13 +143,24 @@ class Filter {
   StateMatrix transition(std::size_t k) const;
 
  private:
+  struct Taken {
+    int channel;
+    double z, S, per_root;
+    StateVector gain;
+  };
   Vec3<double> sigma_w(std::size_t k) const;
+  /// What measurements do to the columns: a few columns at a time, which stay in registers.
+  void take_columns(int count);
+  template <int width>
+  void take_columns(int count, Eigen::Index first);
+  template <int width>
+  void move_columns(const Eigen::Matrix<double, kShipStates, kStates>& A, Eigen::Index first);
 
   const LinearStretch& stretch_;
   const Noise& noise_;
   double wind_sd_;
-  Eigen::RowVectorXd row_;
-  Eigen::Matrix<double, kShipStates, Eigen::Dynamic> top_;
+  std::array<Taken, kShipStates> taken_;
+  ByRow<kShipStates> rows_;
 };
 
 /// Evidence about the parameters theta (columns G), and about more columns: `more(k, out)` writes the additions of step

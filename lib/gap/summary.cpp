@@ -299,6 +299,9 @@ std::string summary(const Explanation& explanation) {
             : "a network for what is left predicts what is left out no better: none is in ship.json",
         2);
   add_parameters(screen, explanation.parameters);
+  if (!explanation.coefficient_factors.empty())
+    screen.item(
+        "", "ship.json has the coefficients that were fitted: free runs over what is left out err less with them", 2);
   const auto told = [&](const BeforeAfter& fit) {
     const auto runs = [](const Scores& scores) {
       const auto found = scores.free_runs.find(kShownHorizon_s);
@@ -312,7 +315,7 @@ std::string summary(const Explanation& explanation) {
         after.rmse_r_degps, before.rmse_position_m, after.rmse_position_m, fit.before.log_likelihood_per_sample,
         fit.after.log_likelihood_per_sample);
   };
-  if (!explanation.effects.empty() || explanation.residual_network) {
+  if (!explanation.effects.empty() || !explanation.coefficient_factors.empty() || explanation.residual_network) {
     screen.item("Held out", "free runs of 100 s, root mean square errors before -> after: " + told(explanation.heldout),
                 3);
     screen.item("",

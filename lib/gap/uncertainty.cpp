@@ -12,7 +12,7 @@ namespace leeway::gap {
 std::vector<UncertainParameter> uncertain_parameters(const Ship& ship) {
   std::vector<UncertainParameter> parameters;
   Model<double> model(ship);
-  for_each_uncertain(model, [&](const char* name, double log_sd, const auto&) {
+  for_each_coefficient(model.inertia, model.modules, [&](const char* name, double log_sd, const auto&) {
     parameters.push_back({name, log_sd, 2.0 * std::max(log_sd, 0.1)});
   });
   parameters.push_back({kTiming, 1.0, 2.0});

@@ -90,6 +90,15 @@ std::string sha256_of_file(const std::string& path) {
 
 std::string stem(const std::string& path) { return path == "-" ? "stdin" : fs::path(path).stem().string(); }
 
+void require_can_make(const std::string& path) {
+  std::error_code error;
+  fs::path there = fs::absolute(path, error).lexically_normal();
+  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  if (!fs::is_directory(there, error)) throw IoError(path, fmt::format("'{}' is not a folder", there.string()));
+  if (::access(there.c_str(), W_OK | X_OK) != 0)
+    throw IoError(path, fmt::format("nothing can be written in '{}': {}", there.string(), std::strerror(errno)));
+}
+
 void make_directories(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);

@@ -21,6 +21,8 @@ std::string stem(const std::string& path);
 
 /// Creates a folder and those above it. Throws IoError.
 void make_directories(const std::string& path);
+/// Throws IoError where make_directories() would, without creating anything: for before long work.
+void require_can_make(const std::string& path);
 
 /// Finds a shipped configuration: `name_or_path` as it is if such a file exists or if it looks like a path (has a '/'
 /// or ends with ".json"), else <configs>/<folder>/<name>.json in the configurations that came with the executable.

@@ -307,6 +307,17 @@ Actuators<double> Ship::initial_actuators() const {
   return result;
 }
 
+void Ship::multiply(const std::vector<CoefficientFactor>& factors) {
+  for (const CoefficientFactor& by : factors) {
+    const auto found = std::find_if(coefficient_factors.begin(), coefficient_factors.end(),
+                                    [&](const CoefficientFactor& own) { return own.name == by.name; });
+    if (found == coefficient_factors.end())
+      coefficient_factors.push_back(by);
+    else
+      found->factor *= by.factor;
+  }
+}
+
 Ship read_ship(const std::string& name_or_path) {
   const std::string path = io::find_config("ships", name_or_path);
   const io::Json text = io::read_json(path);
@@ -350,6 +361,9 @@ Ship read_ship(const std::string& name_or_path) {
       json.fail("actuators", fmt::format("no force module reads '{}'", info(actuator.channel).name));
   if (json.has("effects"))
     for (const JsonObject& effect : json.objects("effects")) ship.effects.push_back(read_effect(effect));
+  if (const auto factors = json.object_if("coefficient_factors"))
+    for (const std::string& name : factors->keys())
+      if (name != "source") ship.coefficient_factors.push_back({name, factors->number(name, {0.01, 100.0})});
   if (const auto network = json.object_if("residual_network")) {
     ship.residual_network = std::make_shared<const ResidualNetwork>(residual_network_from(*network));
     for (const Channel channel : ship.residual_network->actuators)

@@ -19,6 +19,12 @@ struct EffectEntry {
   std::string file, pointer;                                              ///< where it stands, for messages
 };
 
+/// What a coefficient, or a group of them, is multiplied by; forces/coefficient_factors.hpp knows the names.
+struct CoefficientFactor {
+  std::string name;
+  double factor = 1.0;
+};
+
 /// Where the numbers of one part of a ship's JSON come from. `type` is empty for particulars and inertia.
 struct PartSource {
   std::string part, type, source;
@@ -37,8 +43,9 @@ struct Ship {
   std::optional<WindCoefficients> wind;
   std::vector<Actuator> actuators;  ///< every channel that a module reads, each once
   std::vector<EffectEntry> effects;
+  std::vector<CoefficientFactor> coefficient_factors;
   std::shared_ptr<const ResidualNetwork> residual_network;  ///< nullptr: none
-  /// How well a coefficient is known: standard deviation of its natural logarithm; gap/uncertainty.hpp knows the names.
+  /// How well a coefficient is known: standard deviation of its natural logarithm; names as in coefficient_factors.
   struct Uncertainty {
     std::string name;
     double log_sd = 0.0;
@@ -52,6 +59,8 @@ struct Ship {
   const Actuator* find_actuator(Channel channel) const;
   std::vector<Channel> actuator_channels() const;
   Actuators<double> initial_actuators() const;
+  /// Multiplies coefficients, also such as have a factor already.
+  void multiply(const std::vector<CoefficientFactor>& factors);
   bool has_twin_rudders() const { return std::holds_alternative<VectwinRuddersCoefficients<double>>(rudder); }
   /// C_b as the mass implies it: m' L/(2 B).
   double block_coefficient() const { return inertia.m * particulars.L_pp / (2.0 * particulars.B); }

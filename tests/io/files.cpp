@@ -66,6 +66,17 @@ TEST_CASE("files: what cannot be written is an IoError and leaves nothing behind
   CHECK(fs::is_character_file("/dev/null"));
 }
 
+TEST_CASE("files: a folder that cannot be made is refused beforehand, and one that can is not made yet",
+          "[io][files]") {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.write("file.txt", "x");
+  CHECK_THROWS_AS(io::require_can_make(file), IoError);
+  CHECK_THROWS_AS(io::require_can_make(file + "/below/it"), IoError);
+  io::require_can_make(folder / "new/and/newer");
+  io::require_can_make("new-in-this-folder/");
+  CHECK(folder.listing() == "file.txt");
+}
+
 TEST_CASE("files: a read-only file is not replaced", "[io][files]") {
   if (::geteuid() == 0) {
     WARN("skipped: permissions do not bind the superuser");
