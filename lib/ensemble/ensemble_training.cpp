@@ -64,8 +64,8 @@ class MemberTraining {
 
  private:
   double share_done(const TrainingState& state) const {
-    return (state.epochs_done + static_cast<double>(state.windows_done) / static_cast<double>(data_.windows.size())) /
-           header_.config.epochs;
+    const auto windows = static_cast<double>(data_.windows_of_epoch(state.epochs_done).size());
+    return (state.epochs_done + static_cast<double>(state.windows_done) / windows) / header_.config.epochs;
   }
 
   void note_progress(const TrainingState& state) {

@@ -9,6 +9,7 @@
 
 #include "core/errors.hpp"
 #include "ensemble/member_owner.hpp"
+#include "ensemble/muon.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
 
@@ -310,6 +311,7 @@ void write_checkpoint(const std::string& folder, const TrainingState& state, con
                        {"parameters", member.parameters},
                        {"adam_m", state.adam_m},
                        {"adam_v", state.adam_v},
+                       {"muon_momentum", state.muon_momentum},
                        {"training_curve", member.training_curve}};
   const std::vector<std::uint8_t> bytes = FloatJson::to_cbor(json);
   const std::string_view body(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -349,9 +351,14 @@ std::optional<TrainingState> read_checkpoint(const std::string& folder, int numb
     state.member.parameters = floats_from(json.at("parameters"));
     state.adam_m = floats_from(json.at("adam_m"));
     state.adam_v = floats_from(json.at("adam_v"));
+    state.muon_momentum = floats_from(json.at("muon_momentum"));
     state.member.training_curve = json.at("training_curve").get<std::vector<float>>();
     const std::size_t n = nn::parameter_count(state.member.dynamics) + nn::parameter_count(state.member.initial_state);
-    if (state.member.parameters.size() != n || state.adam_m.size() != n || state.adam_v.size() != n)
+    const std::size_t muon = header.config.optimizer == Optimizer::muon
+                                 ? Muon({state.member.dynamics, state.member.initial_state}).size()
+                                 : 0;
+    if (state.member.parameters.size() != n || state.adam_m.size() != n || state.adam_v.size() != n ||
+        state.muon_momentum.size() != muon)
       throw std::out_of_range("number of parameters");
     return std::optional<TrainingState>(std::move(state));
   });

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
-#include "core/units.hpp"
+#include "ensemble/muon.hpp"
 
 namespace leeway::ensemble {
 namespace {
@@ -31,20 +31,6 @@ void standardize_outputs(Member& member, const nn::Kernels<float>& kernels, Rand
   }
 }
 
-double learning_rate(const TrainingConfig& config, double progress) {
-  if (config.schedule == RateSchedule::constant) return config.learning_rate;
-  return config.learning_rate * 0.5 * (1.0 + std::cos(kPi * progress));
-}
-
-void clip(nn::AlignedVector<float>& gradient, double largest_norm) {
-  double square = 0.0;
-  for (const float g : gradient) square += static_cast<double>(g) * g;
-  const double norm = std::sqrt(square);
-  if (norm <= largest_norm) return;
-  const float factor = static_cast<float>(largest_norm / norm);
-  for (float& g : gradient) g *= factor;
-}
-
 }  // namespace
 
 TrainingState initial_training_state(const TrainingData& data, std::uint64_t seed, int number,
@@ -64,7 +50,18 @@ TrainingState initial_training_state(const TrainingData& data, std::uint64_t see
   standardize_outputs(member, kernels, inputs);
   state.adam_m.assign(member.parameters.size(), 0.0F);
   state.adam_v.assign(member.parameters.size(), 0.0F);
+  if (data.config.optimizer == Optimizer::muon)
+    state.muon_momentum.assign(Muon({member.dynamics, member.initial_state}).size(), 0.0F);
   return state;
+}
+
+void clip(nn::AlignedVector<float>& gradient, double largest_norm) {
+  double square = 0.0;
+  for (const float g : gradient) square += static_cast<double>(g) * g;
+  const double norm = std::sqrt(square);
+  if (norm <= largest_norm) return;
+  const float factor = static_cast<float>(largest_norm / norm);
+  for (float& g : gradient) g *= factor;
 }
 
 bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float>& kernels, TrainingState& state,
@@ -76,16 +73,18 @@ bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
   WindowBatch<float> batch;
   nn::AlignedVector<float> gradient(member.parameters.size());
   const std::size_t batch_size = static_cast<std::size_t>(config.batch_size);
+  const Muon muon({member.dynamics, member.initial_state});
 
   while (state.epochs_done < config.epochs) {
     const int epoch = state.epochs_done;
-    std::vector<std::size_t> order(data.windows.size());
+    const std::vector<Window>& windows = data.windows_of_epoch(epoch);
+    std::vector<std::size_t> order(windows.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     RandomStream random(seed, fmt::format("shuffle of member {}", member.number), static_cast<std::uint64_t>(epoch));
     random.shuffle(order);
     while (state.epochs_done == epoch) {
       const std::size_t begin = state.windows_done;
-      batch.assign(data, order.data() + begin, std::min(batch_size, order.size() - begin));
+      batch.assign(data, windows, order.data() + begin, std::min(batch_size, order.size() - begin));
       const double loss = kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(),
                                                     member.parameters.data(), gradient.data());
       if (!std::isfinite(loss))
@@ -97,6 +96,8 @@ bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
       nn::AdamSettings adam;
       adam.learning_rate = learning_rate(
           config, (epoch + static_cast<double>(begin) / static_cast<double>(order.size())) / config.epochs);
+      if (config.optimizer == Optimizer::muon)
+        muon.step(config.muon_rate_factor * adam.learning_rate, gradient, member.parameters, state.muon_momentum);
       kernels.adam(adam, ++state.adam_steps, gradient.size(), gradient.data(), member.parameters.data(),
                    state.adam_m.data(), state.adam_v.data());
       state.loss_sum += loss * batch.points();

@@ -19,12 +19,16 @@ struct TrainingState {
   double loss_sum = 0.0, points = 0.0;  ///< over these windows
   long adam_steps = 0;
   nn::AlignedVector<float> adam_m, adam_v;
+  nn::AlignedVector<float> muon_momentum;  ///< empty without Muon
 };
 
 /// A member before its first step: weights, moments, and the standardization of its outputs over 10,000 standard
 /// normal inputs.
 TrainingState initial_training_state(const TrainingData& data, std::uint64_t seed, int number,
                                      const nn::Kernels<float>& kernels);
+
+/// Bounds the Euclidean norm of a gradient, and keeps its direction.
+void clip(nn::AlignedVector<float>& gradient, double largest_norm);
 
 /// Trains until the config's epochs are done, or until after_step(state), called after each optimizer step, returns
 /// false. Returns whether all epochs are done. The result depends on the data, the config, the seed and the kernel path

@@ -129,26 +129,29 @@ void add_stretches(const std::vector<Trajectory>& recordings, const std::string&
                                  config.time_step_s));
 }
 
-// Cuts windows; for each, what the initial-state network observes, or nothing.
-std::vector<std::vector<double>> cut_windows(TrainingData& data) {
-  const TrainingConfig& config = data.config;
-  std::vector<std::vector<double>> observations;
+// Cuts windows of K points and appends, for each, what the initial-state network observes, or nothing. It may look
+// beyond the end of a short window.
+std::vector<Window> cut_windows(const TrainingData& data, int K, std::vector<std::vector<double>>& observations) {
+  const int seen = data.config.initial_state_steps;
+  std::vector<Window> windows;
   for (std::size_t i = 0; i < data.stretches.size(); ++i)
-    for (const Range range : training_windows(data.stretches[i].size(), config.steps)) {
-      data.windows.push_back({i, range, {}});
+    for (const Range range : training_windows(data.stretches[i].size(), K)) {
+      windows.push_back({i, range, {}});
       observations.emplace_back();
-      if (config.initial_state_net && range.size >= config.initial_state_steps)
-        observations.back() = initial_state_observations(data.stretches[i], range, config.initial_state_steps,
-                                                         data.inputs.pose_in_initial_state);
+      const Eigen::Index in_sight = K < data.config.steps ? data.stretches[i].size() - range.begin : range.size;
+      if (data.config.initial_state_net && in_sight >= seen)
+        observations.back() =
+            initial_state_observations(data.stretches[i], range, seen, data.inputs.pose_in_initial_state);
     }
-  return observations;
+  return windows;
 }
 
-void standardize_observations(const std::vector<std::vector<double>>& observations, TrainingData& data) {
+void standardize(const std::vector<Spread>& spreads, const std::vector<std::vector<double>>& observations,
+                 std::vector<Window>& windows) {
   for (std::size_t w = 0; w < observations.size(); ++w)
     for (std::size_t j = 0; j < observations[w].size(); ++j)
-      data.windows[w].initial_state_inputs.push_back(static_cast<float>(
-          (observations[w][j] - data.inputs.initial_state[j].mean) / data.inputs.initial_state[j].sd));
+      windows[w].initial_state_inputs.push_back(
+          static_cast<float>((observations[w][j] - spreads[j].mean) / spreads[j].sd));
 }
 
 std::string name_of_all(const std::vector<Trajectory>& recordings) {
@@ -163,6 +166,11 @@ std::vector<Channel> ModelInputs::sampled_actuators() const {
   std::vector<Channel> channels = actuators;
   channels.insert(channels.end(), base_actuators.begin(), base_actuators.end());
   return channels;
+}
+
+const std::vector<Window>& TrainingData::windows_of_epoch(int epoch) const {
+  const std::size_t stage = curriculum_stage(config, epoch);
+  return stage < curriculum.size() ? curriculum[stage] : windows;
 }
 
 std::vector<double> initial_state_observations(const Samples& samples, Range range, int steps, bool with_pose) {
@@ -237,7 +245,8 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
   // Windows, and what the initial-state network sees of them.
   inputs.pose_in_initial_state =
       std::all_of(data.stretches.begin(), data.stretches.end(), [](const Samples& s) { return s.has_position; });
-  const std::vector<std::vector<double>> observations = cut_windows(data);
+  std::vector<std::vector<double>> observations;
+  data.windows = cut_windows(data, config.steps, observations);
   if (config.initial_state_net) {
     const std::size_t per_point = inputs.pose_in_initial_state ? 6 : 3;
     const std::size_t n = per_point * static_cast<std::size_t>(config.initial_state_steps);
@@ -261,7 +270,12 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
       inputs.initial_state.push_back({fmt::format("{}[{}]", kNames[j % per_point + 6 - per_point], j / per_point),
                                       moments[j].mean,
                                       moments[j].varies() && moments[j].sd() > 0.0 ? moments[j].sd() : 1.0});
-    standardize_observations(observations, data);
+    standardize(inputs.initial_state, observations, data.windows);
+  }
+  for (const CurriculumStage& stage : config.curriculum) {
+    observations.clear();
+    data.curriculum.push_back(cut_windows(data, stage.steps, observations));
+    standardize(inputs.initial_state, observations, data.curriculum.back());
   }
   return data;
 }
@@ -274,12 +288,13 @@ TrainingData prepare_held_out_data(const std::vector<Trajectory>& recordings, co
   if (data.base)
     for (const Trajectory& recording : recordings) data.base->check(recording);
   add_stretches(recordings, name_of_all(recordings), data);
-  std::vector<std::vector<double>> observations = cut_windows(data);
+  std::vector<std::vector<double>> observations;
+  data.windows = cut_windows(data, data.config.steps, observations);
   // Where the networks know the pose, a recording without it starts from the observed state.
   for (std::size_t w = 0; w < observations.size(); ++w)
     if (data.inputs.pose_in_initial_state && !data.stretches[data.windows[w].stretch].has_position)
       observations[w].clear();
-  standardize_observations(observations, data);
+  standardize(data.inputs.initial_state, observations, data.windows);
   return data;
 }
 

@@ -59,8 +59,12 @@ struct TrainingData {
   ModelInputs inputs;
   std::vector<Samples> stretches;
   std::vector<Window> windows;
-  std::vector<std::string> notices;  ///< what the user should know: columns left out, files too short
+  std::vector<std::vector<Window>> curriculum;  ///< of each stage of config.curriculum
+  std::vector<std::string> notices;             ///< what the user should know: columns left out, files too short
   std::shared_ptr<const BaseModel> base = nullptr;
+
+  /// The windows that an epoch (from 0) is trained on.
+  const std::vector<Window>& windows_of_epoch(int epoch) const;
 };
 
 /// Finds the inputs, resamples, standardizes and cuts. Throws InputError where the data cannot train anything: no two

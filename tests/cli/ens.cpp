@@ -194,7 +194,7 @@ TEST_CASE("ens-train: a config that is wrong ends with 3 and points to the place
   refused(R"({"sigma": 0.1})", "/sigma: expected an object, got 0.1");
   refused(R"({"activation": "relu"})", "/activation: ");
   refused(R"({"initial_state_net": "yes"})", "/initial_state_net: expected true or false");
-  check_refused(folder, kTrain + "none-such -o model", 2, "shipped: demo, full-scale, model-scale");
+  check_refused(folder, kTrain + "none-such -o model", 2, "shipped: demo, fast, full-scale, model-scale");
   check_refused(folder, kTrain + "none-such.json -o model", 4, "none-such.json: cannot be opened");
   CHECK_FALSE(std::filesystem::exists(folder / "model"));
 }

@@ -292,7 +292,7 @@ TEST_CASE("model files: weights read back to the same bits, and another training
   write_member(folder.path().string(), state.member, header);
   const EnsembleHeader read = *read_header(folder.path().string());
   CHECK(read.training_id == header.training_id);
-  CHECK(make_header({read.config, read.inputs, {}, {}, {}}, read.seed, {}).training_id == header.training_id);
+  CHECK(make_header({read.config, read.inputs, {}, {}, {}, {}}, read.seed, {}).training_id == header.training_id);
   const Member member = read_member(folder.path().string(), 0, read);
   CHECK(member.parameters == state.member.parameters);
   CHECK(member.output_mean == state.member.output_mean);
