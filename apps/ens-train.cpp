@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <atomic>
 #include <numeric>
 #include <set>
 #include <vector>
@@ -8,8 +7,10 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include "cli/interruption.hpp"
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
+#include "cli/training_status.hpp"
 #include "core/errors.hpp"
 #include "ensemble/ensemble_training.hpp"
 #include "io/dataset_json.hpp"
@@ -20,8 +21,8 @@ using namespace leeway;
 namespace {
 
 struct Options {
-  std::vector<std::string> recordings;
-  std::string config = "model-scale", output, columns, base, kernel = "auto";
+  std::vector<std::string> recordings, held_out;
+  std::string config = "model-scale", output, status, columns, base, kernel = "auto";
   int members = 0, member = -1, epochs = 0;
   bool resume = false, no_initial_state_net = false;
   double checkpoint_s = 30.0;
@@ -29,15 +30,15 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& o) {
-  app.add_option("recordings", o.recordings, "training trajectories: CSV files, dataset.json or dataset.json#SET")
-      ->required();
+  app.add_option("recordings", o.recordings, "training trajectories: CSV files, dataset.json or dataset.json#SET");
   app.add_option("--config", o.config,
                  fmt::format("training config: a JSON file or the name of a shipped one ({})",
                              fmt::join(io::config_names("train"), ", ")))
       ->capture_default_str();
   app.add_option("--members", o.members, "members of the ensemble (default: the config's)")->check(cli::at_least(1));
   app.add_option("--epochs", o.epochs, "passes over the data (default: the config's)")->check(cli::at_least(1));
-  app.add_option("-o,--output", o.output, "model directory")->required();
+  app.add_option("-o,--output", o.output, "model directory");
+  app.add_option("--status", o.status, "say how far the training in this model directory is, and do nothing else");
   app.add_option("--member", o.member, "train this member alone, counted from 0, as another process trains the others")
       ->check(cli::not_negative());
   app.add_flag("--resume", o.resume, "keep finished members and go on from checkpoints");
@@ -47,13 +48,38 @@ void add_options(CLI::App& app, Options& o) {
       fmt::format("ship whose equations of motion the networks add to, instead of learning the whole: a JSON "
                   "file or a shipped name ({})",
                   fmt::join(io::config_names("ships"), ", ")));
+  app.add_option("--held-out", o.held_out, "trajectories whose loss is shown on the way; they are never trained on");
   app.add_option("--columns", o.columns, "columns map for foreign recordings: a JSON file or a shipped name");
-  app.add_option("--checkpoint-s", o.checkpoint_s, "seconds between checkpoints; 0: after every epoch")
+  app.add_option("--checkpoint-s", o.checkpoint_s, "seconds between checkpoints; 0: after every optimizer step")
       ->check(cli::not_negative())
       ->capture_default_str();
   app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable; members are bit-identical on one kernel")
       ->capture_default_str();
   cli::add_common_options(app, o.common);
+}
+
+// Recordings of the arguments; a data set without its set named may hold more than was meant.
+std::vector<Trajectory> read_all(const std::vector<std::string>& arguments, const std::string& verb, const Options& o) {
+  std::vector<std::string> paths;
+  for (const std::string& argument : arguments) {
+    std::set<std::string> sets;
+    for (const io::RecordingFile& file : io::expand_recordings({argument})) {
+      paths.push_back(file.path);
+      sets.insert(file.set);
+    }
+    if (sets.size() > 1)
+      spdlog::warn("{}: {} all its sets ({}); {}#SET names one of them", argument, verb, fmt::join(sets, ", "),
+                   argument);
+  }
+  return cli::read_recordings(paths, o.columns, o.common.jobs);
+}
+
+// " loss 12.3 held-out 14.5", as far as they are known.
+std::string losses(const ensemble::MemberProgress& progress) {
+  std::string text;
+  if (progress.loss) text += fmt::format(" loss {:.4g}", *progress.loss);
+  if (progress.held_out_loss) text += fmt::format(" held-out {:.4g}", *progress.held_out_loss);
+  return text;
 }
 
 std::string name_of(const std::optional<ensemble::BaseRecord>& base) {
@@ -82,11 +108,12 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
         fmt::format("{} holds an ensemble of other data, settings or seed; choose another folder, or train "
                     "anew without --resume and --member",
                     o.output));
-  if (existing && !continues) ensemble::remove_members(o.output);
+  if (existing && !continues) ensemble::remove_members(o.output, *existing);
   if (!existing || !continues || existing->config.members != header.config.members)
-    ensemble::write_header(o.output, header,
-                           cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s"}),
-                           data.base.get());
+    ensemble::write_header(
+        o.output, header,
+        cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s", "--held-out"}),
+        data.base.get());
   return header;
 }
 
@@ -99,6 +126,12 @@ int main(int argc, char** argv) try {
   add_options(app, o);
   if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
 
+  if (!o.status.empty()) {
+    io::write_text("-", cli::training_status_text(o.status, ensemble::read_training_status(o.status)));
+    return cli::kOk;
+  }
+  if (o.recordings.empty()) throw UsageError("recordings is required");
+  if (o.output.empty()) throw UsageError("--output is required");
   if (o.output == "-") throw UsageError("--output: a model directory cannot be '-'");
 
   ensemble::TrainingConfig config = ensemble::read_training_config(o.config);
@@ -111,45 +144,52 @@ int main(int argc, char** argv) try {
   const nn::Kernels<float>& kernels = nn::kernels(o.kernel);
   const auto base = o.base.empty() ? nullptr : ensemble::BaseModel::read(o.base);
 
-  std::vector<std::string> paths;
-  for (const std::string& argument : o.recordings) {
-    std::set<std::string> sets;
-    for (const io::RecordingFile& file : io::expand_recordings({argument})) {
-      paths.push_back(file.path);
-      sets.insert(file.set);
-    }
-    if (sets.size() > 1)
-      spdlog::warn("{}: trains on all its sets ({}); {}#SET names one of them", argument, fmt::join(sets, ", "),
-                   argument);
-  }
-  const std::vector<Trajectory> recordings = cli::read_recordings(paths, o.columns, o.common.jobs);
+  const std::vector<Trajectory> recordings = read_all(o.recordings, "trains on", o);
   const ensemble::TrainingData data = ensemble::prepare_training_data(recordings, config, base);
   cli::warn_all(data.notices);
+  std::optional<ensemble::TrainingData> held_out;
+  if (!o.held_out.empty()) {
+    held_out = ensemble::prepare_held_out_data(read_all(o.held_out, "holds out", o), data);
+    cli::warn_all(held_out->notices);
+  }
   const ensemble::EnsembleHeader header = open_folder(o, app, data, recordings);
 
-  ensemble::EnsembleTraining training{o.output, {}, o.resume, o.checkpoint_s, o.common.jobs};
+  const cli::Interruption interruption;
+  ensemble::EnsembleTraining training{o.output,
+                                      {},
+                                      o.resume,
+                                      o.checkpoint_s,
+                                      o.common.jobs,
+                                      held_out ? &*held_out : nullptr,
+                                      cli::Interruption::requested};
   training.members.resize(o.member >= 0 ? 1 : static_cast<std::size_t>(config.members), std::max(0, o.member));
   if (o.member < 0) std::iota(training.members.begin(), training.members.end(), 0);
 
-  std::vector<std::atomic<int>> epochs(static_cast<std::size_t>(config.members));
-  std::vector<std::atomic<double>> losses(static_cast<std::size_t>(config.members));
+  std::vector<ensemble::MemberProgress> members(static_cast<std::size_t>(config.members));
+  bool finished = false;
   {
     cli::Progress progress(
         fmt::format("ens-train: {} member{}", training.members.size(), training.members.size() == 1 ? "" : "s"),
         static_cast<double>(training.members.size()) * config.epochs, o.common);
-    const auto report = [&](int member, int done, double loss) {
-      const int before = epochs[static_cast<std::size_t>(member)].exchange(done);
-      losses[static_cast<std::size_t>(member)] = loss;
-      if (done - before > 1) progress.skip(done - before);
-      double sum = 0.0;
-      for (const auto& e : epochs) sum += e;
-      progress.update(sum, fmt::format("member {} epoch {} loss {:.4g}", member, done, loss));
+    const auto report = [&](int number, const ensemble::MemberProgress& now) {
+      ensemble::MemberProgress& member = members[static_cast<std::size_t>(number)];
+      if (now.epochs_done - member.epochs_done > 1) progress.skip(now.epochs_done - member.epochs_done);
+      member = now;
+      double epochs = 0.0;
+      for (const auto& m : members) epochs += m.epochs_done;
+      progress.update(epochs, fmt::format("member {} epoch {}{}", number, now.epochs_done, losses(now)));
     };
-    cli::warn_all(ensemble::train_ensemble(data, header, training, kernels, report));
+    finished = ensemble::train_ensemble(data, header, training, kernels,
+                                        {report, [](const std::string& warning) { spdlog::warn("{}", warning); }});
+  }
+  if (!finished) {
+    spdlog::error("stopped by {}; checkpoints are written. The same command with --resume goes on from there",
+                  cli::Interruption::signal_name());
+    return cli::kComputationFailed;
   }
   double mean_loss = 0.0;
   for (const int member : training.members)
-    mean_loss += losses[static_cast<std::size_t>(member)] / static_cast<double>(training.members.size());
+    mean_loss += *members[static_cast<std::size_t>(member)].loss / static_cast<double>(training.members.size());
   spdlog::info("{}: {} member{} trained on {} windows, mean loss {:.4g} (noise alone gives 3)", o.output,
                training.members.size(), training.members.size() == 1 ? "" : "s", data.windows.size(), mean_loss);
   return cli::kOk;

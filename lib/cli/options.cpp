@@ -47,6 +47,7 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
 
 std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptions& options) {
   std::signal(SIGPIPE, SIG_IGN);  // a broken pipe is an error of write(), reported as BrokenPipe
+  std::signal(SIGXFSZ, SIG_IGN);  // and so is a file that grows beyond what the user may write
   const std::string program = app.get_name();
 #ifdef __AVX2__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {

@@ -7,15 +7,12 @@
 #include <fmt/format.h>
 
 namespace leeway::cli {
-namespace {
 
 std::string duration(double seconds) {
   const long s = std::lround(seconds);
   if (s >= 3600) return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
   return fmt::format("{}:{:02}", s / 60, s % 60);
 }
-
-}  // namespace
 
 Progress::Progress(std::string what, double total, const CommonOptions& options)
     : what_(std::move(what)), total_(total), quiet_(options.quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}

@@ -8,6 +8,9 @@
 
 namespace leeway::cli {
 
+/// "1:23:45" or "3:07".
+std::string duration(double seconds);
+
 /// Progress of long work on stderr: a bar with the time left on a terminal, else one plain line per 10 %; nothing with
 /// --quiet. Safe to call from several threads.
 class Progress {

@@ -1,5 +1,9 @@
 #include "ensemble/config.hpp"
 
+#include <cmath>
+
+#include <fmt/format.h>
+
 #include "core/units.hpp"
 #include "io/files.hpp"
 
@@ -12,6 +16,22 @@ int whole(const io::JsonObject& object, const std::string& key, int otherwise, d
   return static_cast<int>(object.integer_or(key, otherwise, {low, kMany}));
 }
 
+std::vector<CurriculumStage> curriculum_from(const io::JsonObject& object, int steps) {
+  std::vector<CurriculumStage> stages;
+  double total = 0.0;
+  for (const io::JsonObject& item : object.objects("curriculum")) {
+    const CurriculumStage stage{static_cast<int>(item.integer("steps", {2, static_cast<double>(steps)})),
+                                item.number("share", io::kPositive)};
+    item.check_all_known();
+    total += stage.share;
+    stages.push_back(stage);
+  }
+  if (!(total < 1.0))
+    object.fail("curriculum",
+                fmt::format("expected shares that leave some to the whole windows, got a sum of {}", total));
+  return stages;
+}
+
 }  // namespace
 
 TrainingConfig training_config_from(const io::JsonObject& object) {
@@ -19,6 +39,7 @@ TrainingConfig training_config_from(const io::JsonObject& object) {
   for (const char* note : {"description", "source"}) object.text_or(note, "");
   c.time_step_s = object.number_or("time_step_s", c.time_step_s, io::kPositive);
   c.steps = whole(object, "steps", c.steps, 2);
+  if (object.has("curriculum")) c.curriculum = curriculum_from(object, c.steps);
   c.initial_state_steps = whole(object, "initial_state_steps", c.initial_state_steps, 1);
   c.hidden_layers = whole(object, "hidden_layers", c.hidden_layers, 1);
   if (c.hidden_layers > 16) object.fail("hidden_layers", "expected a whole number from 1 to 16");
@@ -35,6 +56,9 @@ TrainingConfig training_config_from(const io::JsonObject& object) {
     c.schedule = object.word("learning_rate_schedule", {"constant", "cosine"}) == "cosine" ? RateSchedule::cosine
                                                                                            : RateSchedule::constant;
   c.gradient_clip_norm = object.number_or("gradient_clip_norm", c.gradient_clip_norm, io::kNotNegative);
+  if (object.has("optimizer"))
+    c.optimizer = object.word("optimizer", {"adam", "muon"}) == "muon" ? Optimizer::muon : Optimizer::adam;
+  c.muon_rate_factor = object.number_or("muon_rate_factor", c.muon_rate_factor, io::kPositive);
   c.batch_size = whole(object, "batch_size", c.batch_size, 1);
   c.epochs = whole(object, "epochs", c.epochs, 1);
   c.members = whole(object, "members", c.members, 1);
@@ -62,8 +86,22 @@ TrainingConfig read_training_config(const std::string& name_or_path) {
   return training_config_from(io::JsonObject(json, path));
 }
 
+std::size_t curriculum_stage(const TrainingConfig& config, int epoch) {
+  double end = 0.0;
+  for (std::size_t i = 0; i < config.curriculum.size(); ++i) {
+    end += config.curriculum[i].share;
+    if (epoch < std::lround(end * config.epochs)) return i;
+  }
+  return config.curriculum.size();
+}
+
+double learning_rate(const TrainingConfig& config, double progress) {
+  if (config.schedule == RateSchedule::constant) return config.learning_rate;
+  return config.learning_rate * 0.5 * (1.0 + std::cos(kPi * progress));
+}
+
 io::Json to_json(const TrainingConfig& c) {
-  return {
+  io::Json json{
       {"time_step_s", c.time_step_s},
       {"steps", c.steps},
       {"initial_state_steps", c.initial_state_steps},
@@ -82,6 +120,17 @@ io::Json to_json(const TrainingConfig& c) {
       {"integrator_train", "euler"},
       {"integrator_predict", c.integrator_predict == Integrator::rk4 ? "rk4" : "euler"},
       {"state_resampling", c.resampling == StateResampling::average ? "average" : "decimate"}};
+  if (!c.curriculum.empty()) {
+    io::Json stages = io::Json::array();
+    for (const CurriculumStage& stage : c.curriculum)
+      stages.push_back({{"steps", stage.steps}, {"share", stage.share}});
+    json["curriculum"] = stages;
+  }
+  if (c.optimizer == Optimizer::muon) {
+    json["optimizer"] = "muon";
+    json["muon_rate_factor"] = c.muon_rate_factor;
+  }
+  return json;
 }
 
 }  // namespace leeway::ensemble

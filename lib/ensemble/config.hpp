@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/types.hpp"
 #include "core/units.hpp"
@@ -15,10 +16,25 @@ enum class RateSchedule {
   cosine     ///< falls from learning_rate to zero over all epochs along half a cosine
 };
 
+enum class Optimizer {
+  adam,  ///< the paper's
+  muon   ///< hidden matrices by orthogonalized momentum (muon.hpp), the rest by Adam
+};
+
+/// Part of the epochs that is trained on shorter windows.
+struct CurriculumStage {
+  int steps = 0;       ///< points K of its windows
+  double share = 0.0;  ///< of the epochs
+
+  friend bool operator==(const CurriculumStage&, const CurriculumStage&) = default;
+};
+
 /// How an ensemble is trained: the keys of configs/train/*.json. The defaults are the ensemble paper's.
 struct TrainingConfig {
   double time_step_s = 1.0;
-  int steps = 100;               ///< points K of a training window: K - 1 integration steps
+  int steps = 100;  ///< points K of a training window: K - 1 integration steps
+  /// Stages before windows have K = steps: rollouts that grow with what the networks know.
+  std::vector<CurriculumStage> curriculum;
   int initial_state_steps = 30;  ///< points that the initial-state network sees
   int hidden_layers = 3;
   int hidden_units = 256;
@@ -27,6 +43,8 @@ struct TrainingConfig {
   double learning_rate = 1e-4;
   RateSchedule schedule = RateSchedule::constant;
   double gradient_clip_norm = 0.0;  ///< 0: gradients are not clipped
+  Optimizer optimizer = Optimizer::adam;
+  double muon_rate_factor = 3.0;  ///< Muon's rate over Adam's
   int batch_size = 32;
   int epochs = 20000;
   int members = 15;
@@ -41,7 +59,14 @@ struct TrainingConfig {
 TrainingConfig read_training_config(const std::string& name_or_path);
 TrainingConfig training_config_from(const io::JsonObject& object);
 
-/// All keys with their values, in the units of the file.
+/// The stage that an epoch (from 0) belongs to: an index of config.curriculum, or its size for the whole windows.
+std::size_t curriculum_stage(const TrainingConfig& config, int epoch);
+
+/// The rate of an optimizer step when the share `progress` of all steps is done.
+double learning_rate(const TrainingConfig& config, double progress);
+
+/// All keys with their values, in the units of the file; but those of curriculum and Muon only where they are used, so
+/// that trainings without them keep their identity.
 io::Json to_json(const TrainingConfig& config);
 
 }  // namespace leeway::ensemble

@@ -1,55 +1,172 @@
 #include "ensemble/ensemble_training.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <mutex>
 
 #include <fmt/format.h>
 
 #include "core/parallel.hpp"
 
 namespace leeway::ensemble {
+namespace {
 
-std::vector<std::string> train_ensemble(const TrainingData& data, const EnsembleHeader& header,
-                                        const EnsembleTraining& training, const nn::Kernels<float>& kernels,
-                                        const TrainingProgress& progress) {
+constexpr double kReportInterval_s = 2.0;
+constexpr int kHeldOutEvaluations = 100;
+
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  void restart() { start_ = Clock::now(); }
+
+ private:
   using Clock = std::chrono::steady_clock;
-  std::vector<std::string> notices(training.members.size());
+  Clock::time_point start_ = Clock::now();
+};
+
+// The training of one member, from what lies in the folder to its file.
+class MemberTraining {
+ public:
+  MemberTraining(const TrainingData& data, const EnsembleHeader& header, const EnsembleTraining& training,
+                 const nn::Kernels<float>& kernels, const TrainingReports& reports, int number)
+      : data_(data),
+        header_(header),
+        training_(training),
+        kernels_(kernels),
+        reports_(reports),
+        number_(number),
+        owner_(training.folder, number) {}
+
+  bool run() {
+    remove_unfinished(training_.folder, number_);
+    std::optional<TrainingState> state;
+    if (training_.resume) state = read_checkpoint(training_.folder, number_, header_);
+    if (state) {
+      if (state->member.kernel != kernels_.name)
+        reports_.warning(fmt::format(
+            "member {} was begun with kernel '{}' and goes on with '{}': its last digits differ from a run on one "
+            "kernel. Use --kernel {} for the same bits.",
+            number_, state->member.kernel, kernels_.name, state->member.kernel));
+    } else {
+      state = initial_training_state(data_, header_.seed, number_, kernels_);
+    }
+    share_before_ = share_done(*state);
+    note_progress(*state);
+    owner_.report(progress_);
+    if (state->epochs_done > 0) reports_.progress(number_, progress_);
+    if (!train(data_, header_.seed, kernels_, *state, [&](const TrainingState& now) { return after_step(now); }))
+      return false;
+    write([&](const auto& check) { write_member(training_.folder, state->member, header_, check); });
+    remove_checkpoint(training_.folder, number_);
+    return true;
+  }
+
+ private:
+  double share_done(const TrainingState& state) const {
+    const auto windows = static_cast<double>(data_.windows_of_epoch(state.epochs_done).size());
+    return (state.epochs_done + static_cast<double>(state.windows_done) / windows) / header_.config.epochs;
+  }
+
+  void note_progress(const TrainingState& state) {
+    progress_.epochs_done = state.epochs_done;
+    if (!state.member.training_curve.empty()) progress_.loss = state.member.training_curve.back();
+    const double share = share_done(state);
+    if (share > share_before_) progress_.seconds_left = running_.seconds() * (1.0 - share) / (share - share_before_);
+  }
+
+  bool after_step(const TrainingState& state) {
+    const int epochs = header_.config.epochs;
+    note_progress(state);
+    if (state.windows_done == 0) {
+      if (training_.held_out != nullptr &&
+          (state.epochs_done % std::max(1, epochs / kHeldOutEvaluations) == 0 || state.epochs_done == epochs))
+        progress_.held_out_loss = mean_loss(*training_.held_out, state.member, kernels_);
+      reports_.progress(number_, progress_);
+    }
+    if (state.epochs_done == epochs) return true;
+    const auto checkpoint = [&](const auto& check) { write_checkpoint(training_.folder, state, header_, check); };
+    if (training_.stop && training_.stop()) {
+      write(checkpoint);
+      return false;
+    }
+    try {
+      if (since_report_.seconds() >= kReportInterval_s) {
+        since_report_.restart();
+        write([&](const auto&) { owner_.report(progress_); });
+      }
+      if (since_checkpoint_.seconds() >= training_.checkpoint_interval_s) {
+        since_checkpoint_.restart();
+        write(checkpoint);
+        warned_ = false;
+      }
+    } catch (const Displaced&) {
+      throw;
+    } catch (const IoError& error) {  // a full disk may have room again before the training ends
+      if (!warned_)
+        reports_.warning(
+            fmt::format("{}; training goes on, and a kill would take it back to the checkpoint before", error.what()));
+      warned_ = true;
+    }
+    return true;
+  }
+
+  // A new owner removes half-written files of the old one: that is no failure of the disk.
+  template <typename Write>
+  void write(const Write& write) const {
+    try {
+      write([this] { owner_.check(); });
+    } catch (const IoError&) {
+      owner_.check();
+      throw;
+    }
+  }
+
+  const TrainingData& data_;
+  const EnsembleHeader& header_;
+  const EnsembleTraining& training_;
+  const nn::Kernels<float>& kernels_;
+  const TrainingReports& reports_;
+  int number_;
+  MemberOwner owner_;
+  MemberProgress progress_;
+  double share_before_ = 0.0;  // of the training, done by earlier processes
+  Stopwatch running_, since_report_, since_checkpoint_;
+  bool warned_ = false;
+};
+
+}  // namespace
+
+bool train_ensemble(const TrainingData& data, const EnsembleHeader& header, const EnsembleTraining& training,
+                    const nn::Kernels<float>& kernels, const TrainingReports& reports) {
+  std::mutex mutex;
+  const TrainingReports one_at_a_time{[&](int member, const MemberProgress& progress) {
+                                        const std::lock_guard lock(mutex);
+                                        reports.progress(member, progress);
+                                      },
+                                      [&](const std::string& warning) {
+                                        const std::lock_guard lock(mutex);
+                                        reports.warning(warning);
+                                      }};
+  std::atomic<bool> all_done{true};
   parallel_for(training.members.size(), training.jobs, [&](std::size_t i) {
     const int number = training.members[i];
-    remove_unfinished(training.folder, number);
     if (training.resume && member_exists(training.folder, number)) {
       const Member done = read_member(training.folder, number, header);
       if (done.kernel != kernels.name)
-        notices[i] = fmt::format(
+        one_at_a_time.warning(fmt::format(
             "member {} is kept as kernel '{}' trained it; kernel '{}' of this run would give other last digits", number,
-            done.kernel, kernels.name);
-      progress(number, header.config.epochs, done.training_curve.back());
+            done.kernel, kernels.name));
+      remove_remains(training.folder, number);
+      one_at_a_time.progress(number, {header.config.epochs, done.training_curve.back(), {}, {}});
       return;
     }
-    std::optional<TrainingState> state;
-    if (training.resume) state = read_checkpoint(training.folder, number, header);
-    if (state) {
-      if (state->member.kernel != kernels.name)
-        notices[i] = fmt::format(
-            "member {} was begun with kernel '{}' and goes on with '{}': its last digits differ from a run on one "
-            "kernel. Use --kernel {} for the same bits.",
-            number, state->member.kernel, kernels.name, state->member.kernel);
-      progress(number, state->epochs_done, state->member.training_curve.back());
-    } else {
-      state = initial_training_state(data, header.seed, number, kernels);
-    }
-    Clock::time_point last_checkpoint = Clock::now();
-    train(data, header.seed, kernels, *state, [&](const TrainingState& now) {
-      progress(number, now.epochs_done, now.member.training_curve.back());
-      const std::chrono::duration<double> elapsed = Clock::now() - last_checkpoint;
-      if (elapsed.count() < training.checkpoint_interval_s || now.epochs_done == header.config.epochs) return;
-      write_checkpoint(training.folder, now, header);
-      last_checkpoint = Clock::now();
-    });
-    write_member(training.folder, state->member, header);
-    remove_checkpoint(training.folder, number);
+    if (training.stop && training.stop())
+      all_done = false;
+    else if (!MemberTraining(data, header, training, kernels, one_at_a_time, number).run())
+      all_done = false;
   });
-  std::erase(notices, "");
-  return notices;
+  return all_done;
 }
 
 }  // namespace leeway::ensemble

@@ -41,12 +41,13 @@ RolloutConstants<S>::RolloutConstants(const ModelInputs& inputs, const TrainingC
 }
 
 template <typename S>
-void WindowBatch<S>::assign(const TrainingData& data, const std::size_t* windows, std::size_t count) {
+void WindowBatch<S>::assign(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows,
+                            std::size_t count) {
   Eigen::Index longest = 0;
   double points = 0.0;
   for (std::size_t b = 0; b < count; ++b) {
-    longest = std::max(longest, data.windows[windows[b]].range.size);
-    points += static_cast<double>(data.windows[windows[b]].range.size);
+    longest = std::max(longest, all[windows[b]].range.size);
+    points += static_cast<double>(all[windows[b]].range.size);
   }
   const std::size_t K = static_cast<std::size_t>(longest), controls = data.inputs.actuators.size();
   const std::size_t start_inputs = data.inputs.initial_state.size();
@@ -58,7 +59,7 @@ void WindowBatch<S>::assign(const TrainingData& data, const std::size_t* windows
   initial_state_.assign(count * start_inputs, S(0));
   mask_.assign(count, S(0));
   for (std::size_t b = 0; b < count; ++b) {
-    const Window& window = data.windows[windows[b]];
+    const Window& window = all[windows[b]];
     const Samples& s = data.stretches[window.stretch];
     psi_[b] = static_cast<S>(s.eta(2, window.range.begin));
     for (std::size_t k = 0; k < static_cast<std::size_t>(window.range.size); ++k) {
@@ -86,12 +87,12 @@ void WindowBatch<S>::assign(const TrainingData& data, const std::size_t* windows
   batch_.initial_state_inputs = initial_state_.data();
   batch_.initial_state_mask = mask_.data();
   batch_.count = points;
-  assign_base(data, windows, count, K);
+  assign_base(data, all, windows, count, K);
 }
 
 template <typename S>
-void WindowBatch<S>::assign_base(const TrainingData& data, const std::size_t* windows, std::size_t count,
-                                 std::size_t points) {
+void WindowBatch<S>::assign_base(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows,
+                                 std::size_t count, std::size_t points) {
   base_ = data.base.get();
   batch_.base = {};
   if (base_ == nullptr) return;
@@ -100,7 +101,7 @@ void WindowBatch<S>::assign_base(const TrainingData& data, const std::size_t* wi
   const std::vector<Channel> channels = data.inputs.sampled_actuators();
   base_inputs_.assign(points * count, std::nullopt);
   for (std::size_t b = 0; b < count; ++b) {
-    const Window& window = data.windows[windows[b]];
+    const Window& window = all[windows[b]];
     for (Eigen::Index k = 0; k + 1 < window.range.size; ++k)
       base_inputs_[static_cast<std::size_t>(k) * count + b] =
           base_->inputs(data.stretches[window.stretch], channels, window.range.begin + k);

@@ -46,13 +46,17 @@ class WindowBatch {
   WindowBatch() = default;
   WindowBatch(const WindowBatch&) = delete;  // view() may point into it
   WindowBatch& operator=(const WindowBatch&) = delete;
-  /// Fills the batch with the given windows.
-  void assign(const TrainingData& data, const std::size_t* windows, std::size_t count);
+  /// Fills the batch with the given windows of data.windows, or of others on the same data.
+  void assign(const TrainingData& data, const std::size_t* windows, std::size_t count) {
+    assign(data, data.windows, windows, count);
+  }
+  void assign(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows, std::size_t count);
   const nn::RolloutBatch<S>& view() const { return batch_; }
   double points() const { return batch_.count; }
 
  private:
-  void assign_base(const TrainingData& data, const std::size_t* windows, std::size_t count, std::size_t points);
+  void assign_base(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows,
+                   std::size_t count, std::size_t points);
   static void base_rates(const void* batch, int step, const S* nu, const S* psi, S* rates, S* derivatives);
 
   nn::AlignedVector<S> nu_, weight_, psi_, controls_, wind_, initial_state_, mask_;

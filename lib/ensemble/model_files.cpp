@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
+#include "ensemble/member_owner.hpp"
+#include "ensemble/muon.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
 
@@ -20,6 +22,7 @@ using FloatJson =
     nlohmann::basic_json<nlohmann::ordered_map, std::vector, std::string, bool, std::int64_t, std::uint64_t, float>;
 
 constexpr const char* kBaseFile = "base-ship.json";
+constexpr std::string_view kCheckpointFormat = "leeway checkpoint 2 ";  // then the hash of all that follows the line
 
 io::Json spreads_to_json(const std::vector<Spread>& spreads) {
   io::Json result = io::Json::array();
@@ -119,15 +122,17 @@ void network_from_json(const FloatJson& layers, const nn::NetworkShape& shape, n
 }
 
 // Double-precision numbers as text within a single-precision file, so that their bits stay as well.
-std::vector<std::string> exact(const std::array<double, 3>& values) {
+template <std::size_t n>
+std::vector<std::string> exact(const std::array<double, n>& values) {
   std::vector<std::string> texts;
   for (const double value : values) texts.push_back(fmt::format("{}", value));
   return texts;
 }
 
-std::array<double, 3> exact_from(const FloatJson& json) {
-  std::array<double, 3> values{};
-  for (std::size_t i = 0; i < 3; ++i)
+template <std::size_t n = 3>
+std::array<double, n> exact_from(const FloatJson& json) {
+  std::array<double, n> values{};
+  for (std::size_t i = 0; i < n; ++i)
     if (!io::parse_number(json.at(i).get<std::string>(), values[i])) throw std::out_of_range("a number is not finite");
   return values;
 }
@@ -253,7 +258,8 @@ bool member_exists(const std::string& folder, int number) {
   return fs::exists(member_path(folder, number), error);
 }
 
-void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header) {
+void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header,
+                  const std::function<void()>& before_rename) {
   const std::size_t split = nn::parameter_count(member.dynamics);
   const FloatJson json{{"format", "leeway member 1"},
                        {"training_id", header.training_id},
@@ -264,7 +270,9 @@ void write_member(const std::string& folder, const Member& member, const Ensembl
                        {"dynamics", network_to_json(member.dynamics, member.parameters.data())},
                        {"initial_state", network_to_json(member.initial_state, member.parameters.data() + split)},
                        {"training_curve", member.training_curve}};
-  io::write_text(member_path(folder, member.number), json.dump() + "\n");
+  io::OutputFile file(member_path(folder, member.number));
+  file.write(json.dump() + "\n");
+  file.commit(before_rename);
 }
 
 Member read_member(const std::string& folder, int number, const EnsembleHeader& header) {
@@ -289,30 +297,43 @@ Member read_member(const std::string& folder, int number, const EnsembleHeader& 
   });
 }
 
-void write_checkpoint(const std::string& folder, const TrainingState& state, const EnsembleHeader& header) {
+void write_checkpoint(const std::string& folder, const TrainingState& state, const EnsembleHeader& header,
+                      const std::function<void()>& before_rename) {
   const Member& member = state.member;
   const FloatJson json{{"training_id", header.training_id},
                        {"kernel", member.kernel},
                        {"output_mean", exact(member.output_mean)},
                        {"output_sd", exact(member.output_sd)},
                        {"epochs_done", state.epochs_done},
+                       {"windows_done", state.windows_done},
+                       {"loss_sum_and_points", exact(std::array{state.loss_sum, state.points})},
                        {"adam_steps", state.adam_steps},
                        {"parameters", member.parameters},
                        {"adam_m", state.adam_m},
                        {"adam_v", state.adam_v},
+                       {"muon_momentum", state.muon_momentum},
                        {"training_curve", member.training_curve}};
   const std::vector<std::uint8_t> bytes = FloatJson::to_cbor(json);
-  io::write_text(checkpoint_path(folder, member.number),
-                 std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  const std::string_view body(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  io::OutputFile file(checkpoint_path(folder, member.number));
+  file.write(fmt::format("{}{}\n", kCheckpointFormat, io::sha256(body)));
+  file.write(body);
+  file.commit(before_rename);
 }
 
 std::optional<TrainingState> read_checkpoint(const std::string& folder, int number, const EnsembleHeader& header) {
   const std::string path = checkpoint_path(folder, number);
   std::error_code error;
   if (!fs::exists(path, error)) return std::nullopt;
-  const std::string bytes = io::read_text(path);
+  const std::string text = io::read_text(path);
+  if (!text.starts_with(kCheckpointFormat))
+    throw InputError(path, "not a checkpoint of this version; without --resume the member begins anew");
+  const std::size_t hash = kCheckpointFormat.size(), line_end = std::min(text.size(), text.find('\n'));
+  const std::string_view body = std::string_view(text).substr(std::min(text.size(), line_end + 1));
+  if (text.substr(hash, line_end - hash) != io::sha256(body))
+    throw InputError(path, "is damaged: its hash is not that of its contents; without --resume the member begins anew");
   return checked(path, [&] {
-    const FloatJson json = FloatJson::from_cbor(bytes);
+    const FloatJson json = FloatJson::from_cbor(body);
     check_training_id(path, json.at("training_id").get<std::string>(), header);
     TrainingState state;
     state.member.number = number;
@@ -322,13 +343,22 @@ std::optional<TrainingState> read_checkpoint(const std::string& folder, int numb
     state.member.dynamics = dynamics_shape(header.inputs, header.config);
     state.member.initial_state = initial_state_shape(header.inputs, header.config);
     state.epochs_done = json.at("epochs_done").get<int>();
+    state.windows_done = json.at("windows_done").get<std::size_t>();
+    const std::array<double, 2> sums = exact_from<2>(json.at("loss_sum_and_points"));
+    state.loss_sum = sums[0];
+    state.points = sums[1];
     state.adam_steps = json.at("adam_steps").get<long>();
     state.member.parameters = floats_from(json.at("parameters"));
     state.adam_m = floats_from(json.at("adam_m"));
     state.adam_v = floats_from(json.at("adam_v"));
+    state.muon_momentum = floats_from(json.at("muon_momentum"));
     state.member.training_curve = json.at("training_curve").get<std::vector<float>>();
     const std::size_t n = nn::parameter_count(state.member.dynamics) + nn::parameter_count(state.member.initial_state);
-    if (state.member.parameters.size() != n || state.adam_m.size() != n || state.adam_v.size() != n)
+    const std::size_t muon = header.config.optimizer == Optimizer::muon
+                                 ? Muon({state.member.dynamics, state.member.initial_state}).size()
+                                 : 0;
+    if (state.member.parameters.size() != n || state.adam_m.size() != n || state.adam_v.size() != n ||
+        state.muon_momentum.size() != muon)
       throw std::out_of_range("number of parameters");
     return std::optional<TrainingState>(std::move(state));
   });
@@ -354,10 +384,21 @@ void remove_files(const std::string& folder, const std::string& prefix, std::ini
 
 }  // namespace
 
-void remove_members(const std::string& folder) { remove_files(folder, "member-", {".json", ".checkpoint", ".tmp"}); }
+void remove_members(const std::string& folder, const EnsembleHeader& header) {
+  for (int k = 0; k < header.config.members; ++k)
+    if (const auto owner = read_owner(folder, k); owner && owner->alive())
+      throw IoError(
+          owner_path(folder, k),
+          fmt::format("process {} of this machine trains this member; end it, or choose another folder", owner->pid));
+  remove_files(folder, "member-", {".json", ".checkpoint", ".owner", ".tmp"});
+}
 
 void remove_unfinished(const std::string& folder, int number) {
   remove_files(folder, fmt::format("member-{:02}.", number), {".tmp"});
+}
+
+void remove_remains(const std::string& folder, int number) {
+  remove_files(folder, fmt::format("member-{:02}.", number), {".checkpoint", ".owner", ".tmp"});
 }
 
 }  // namespace leeway::ensemble

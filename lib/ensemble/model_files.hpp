@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,19 +48,26 @@ std::shared_ptr<const BaseModel> read_base(const std::string& folder, const Ense
 std::string member_path(const std::string& folder, int number);
 std::string checkpoint_path(const std::string& folder, int number);
 
-void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header);
+///   before_rename  as for io::OutputFile::commit()
+void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header,
+                  const std::function<void()>& before_rename = nullptr);
 /// Throws InputError where the file belongs to another training.
 Member read_member(const std::string& folder, int number, const EnsembleHeader& header);
 bool member_exists(const std::string& folder, int number);
 
-/// Checkpoints hold the same numbers as the running training, bit for bit. A finished member replaces its checkpoint.
-void write_checkpoint(const std::string& folder, const TrainingState& state, const EnsembleHeader& header);
+/// Checkpoints hold the same numbers as the running training, bit for bit, and a hash over all of them. A finished
+/// member replaces its checkpoint.
+void write_checkpoint(const std::string& folder, const TrainingState& state, const EnsembleHeader& header,
+                      const std::function<void()>& before_rename = nullptr);
 std::optional<TrainingState> read_checkpoint(const std::string& folder, int number, const EnsembleHeader& header);
 void remove_checkpoint(const std::string& folder, int number);
 
-/// Removes the members and checkpoints of an earlier training.
-void remove_members(const std::string& folder);
+/// Removes the members and checkpoints of an earlier training. Throws IoError where a process of this machine trains
+/// one of them.
+void remove_members(const std::string& folder, const EnsembleHeader& header);
 /// Removes what a killed training left of a member's files half written.
 void remove_unfinished(const std::string& folder, int number);
+/// Removes what a kill just after the end of a training left beside the finished member.
+void remove_remains(const std::string& folder, int number);
 
 }  // namespace leeway::ensemble

@@ -52,7 +52,7 @@ std::shared_ptr<const ResidualNetwork> learn_residual(const Ship& ship, const st
   const nn::Kernels<float>& kernels = nn::kernels();
   parallel_for(members.size(), training.jobs, [&](std::size_t i) {
     TrainingState state = initial_training_state(data, training.seed, static_cast<int>(i), kernels);
-    train(data, training.seed, kernels, state, [](const TrainingState&) {});
+    train(data, training.seed, kernels, state, [](const TrainingState&) { return true; });
     members[i] = std::move(state.member);
   });
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
-#include "core/units.hpp"
+#include "ensemble/muon.hpp"
 
 namespace leeway::ensemble {
 namespace {
@@ -31,20 +31,6 @@ void standardize_outputs(Member& member, const nn::Kernels<float>& kernels, Rand
   }
 }
 
-double learning_rate(const TrainingConfig& config, double progress) {
-  if (config.schedule == RateSchedule::constant) return config.learning_rate;
-  return config.learning_rate * 0.5 * (1.0 + std::cos(kPi * progress));
-}
-
-void clip(nn::AlignedVector<float>& gradient, double largest_norm) {
-  double square = 0.0;
-  for (const float g : gradient) square += static_cast<double>(g) * g;
-  const double norm = std::sqrt(square);
-  if (norm <= largest_norm) return;
-  const float factor = static_cast<float>(largest_norm / norm);
-  for (float& g : gradient) g *= factor;
-}
-
 }  // namespace
 
 TrainingState initial_training_state(const TrainingData& data, std::uint64_t seed, int number,
@@ -64,48 +50,87 @@ TrainingState initial_training_state(const TrainingData& data, std::uint64_t see
   standardize_outputs(member, kernels, inputs);
   state.adam_m.assign(member.parameters.size(), 0.0F);
   state.adam_v.assign(member.parameters.size(), 0.0F);
+  if (data.config.optimizer == Optimizer::muon)
+    state.muon_momentum.assign(Muon({member.dynamics, member.initial_state}).size(), 0.0F);
   return state;
 }
 
-void train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float>& kernels, TrainingState& state,
-           const std::function<void(const TrainingState&)>& after_epoch) {
+void clip(nn::AlignedVector<float>& gradient, double largest_norm) {
+  double square = 0.0;
+  for (const float g : gradient) square += static_cast<double>(g) * g;
+  const double norm = std::sqrt(square);
+  if (norm <= largest_norm) return;
+  const float factor = static_cast<float>(largest_norm / norm);
+  for (float& g : gradient) g *= factor;
+}
+
+bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float>& kernels, TrainingState& state,
+           const std::function<bool(const TrainingState&)>& after_step) {
   const TrainingConfig& config = data.config;
   Member& member = state.member;
   const RolloutConstants<float> constants(data.inputs, config, member);
   const nn::KernelWorkspace<float> workspace(kernels);
   WindowBatch<float> batch;
   nn::AlignedVector<float> gradient(member.parameters.size());
-  std::vector<std::size_t> order(data.windows.size());
   const std::size_t batch_size = static_cast<std::size_t>(config.batch_size);
+  const Muon muon({member.dynamics, member.initial_state});
 
   while (state.epochs_done < config.epochs) {
+    const int epoch = state.epochs_done;
+    const std::vector<Window>& windows = data.windows_of_epoch(epoch);
+    std::vector<std::size_t> order(windows.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    RandomStream random(seed, fmt::format("shuffle of member {}", member.number),
-                        static_cast<std::uint64_t>(state.epochs_done));
+    RandomStream random(seed, fmt::format("shuffle of member {}", member.number), static_cast<std::uint64_t>(epoch));
     random.shuffle(order);
-    double loss_sum = 0.0, points = 0.0;
-    for (std::size_t begin = 0; begin < order.size(); begin += batch_size) {
-      batch.assign(data, order.data() + begin, std::min(batch_size, order.size() - begin));
+    while (state.epochs_done == epoch) {
+      const std::size_t begin = state.windows_done;
+      batch.assign(data, windows, order.data() + begin, std::min(batch_size, order.size() - begin));
       const double loss = kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(),
                                                     member.parameters.data(), gradient.data());
       if (!std::isfinite(loss))
         throw NumericalError(
             fmt::format("member {}: the loss is no finite number in epoch {}: training diverged. Lower learning_rate "
                         "(now {}) or set gradient_clip_norm (now {})",
-                        member.number, state.epochs_done + 1, config.learning_rate, config.gradient_clip_norm));
+                        member.number, epoch + 1, config.learning_rate, config.gradient_clip_norm));
       if (config.gradient_clip_norm > 0.0) clip(gradient, config.gradient_clip_norm);
       nn::AdamSettings adam;
       adam.learning_rate = learning_rate(
-          config, (state.epochs_done + static_cast<double>(begin) / static_cast<double>(order.size())) / config.epochs);
+          config, (epoch + static_cast<double>(begin) / static_cast<double>(order.size())) / config.epochs);
+      if (config.optimizer == Optimizer::muon)
+        muon.step(config.muon_rate_factor * adam.learning_rate, gradient, member.parameters, state.muon_momentum);
       kernels.adam(adam, ++state.adam_steps, gradient.size(), gradient.data(), member.parameters.data(),
                    state.adam_m.data(), state.adam_v.data());
-      loss_sum += loss * batch.points();
-      points += batch.points();
+      state.loss_sum += loss * batch.points();
+      state.points += batch.points();
+      state.windows_done += batch_size;
+      if (state.windows_done >= order.size()) {
+        member.training_curve.push_back(static_cast<float>(state.loss_sum / state.points));
+        ++state.epochs_done;
+        state.windows_done = 0;
+        state.loss_sum = state.points = 0.0;
+      }
+      if (!after_step(state)) return state.epochs_done == config.epochs;
     }
-    member.training_curve.push_back(static_cast<float>(loss_sum / points));
-    ++state.epochs_done;
-    after_epoch(state);
   }
+  return true;
+}
+
+double mean_loss(const TrainingData& data, const Member& member, const nn::Kernels<float>& kernels) {
+  const RolloutConstants<float> constants(data.inputs, data.config, member);
+  const nn::KernelWorkspace<float> workspace(kernels);
+  WindowBatch<float> batch;
+  nn::AlignedVector<float> gradient(member.parameters.size());  // which nobody needs
+  std::vector<std::size_t> windows(data.windows.size());
+  std::iota(windows.begin(), windows.end(), std::size_t{0});
+  const std::size_t batch_size = static_cast<std::size_t>(data.config.batch_size);
+  double sum = 0.0, points = 0.0;
+  for (std::size_t begin = 0; begin < windows.size(); begin += batch_size) {
+    batch.assign(data, windows.data() + begin, std::min(batch_size, windows.size() - begin));
+    sum += batch.points() * kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(),
+                                                      member.parameters.data(), gradient.data());
+    points += batch.points();
+  }
+  return sum / points;
 }
 
 }  // namespace leeway::ensemble

@@ -9,13 +9,17 @@
 
 namespace leeway::ensemble {
 
-/// Everything that decides how training goes on: a checkpoint. Random numbers are drawn from streams of their own for
-/// each epoch, so there is no generator to save.
+/// Everything that decides how training goes on, after any optimizer step: a checkpoint. Random numbers are drawn from
+/// streams of their own for each epoch, so there is no generator to save: the order of an epoch's windows follows from
+/// its number.
 struct TrainingState {
   Member member;
   int epochs_done = 0;
+  std::size_t windows_done = 0;         ///< of the epoch under way
+  double loss_sum = 0.0, points = 0.0;  ///< over these windows
   long adam_steps = 0;
   nn::AlignedVector<float> adam_m, adam_v;
+  nn::AlignedVector<float> muon_momentum;  ///< empty without Muon
 };
 
 /// A member before its first step: weights, moments, and the standardization of its outputs over 10,000 standard
@@ -23,9 +27,16 @@ struct TrainingState {
 TrainingState initial_training_state(const TrainingData& data, std::uint64_t seed, int number,
                                      const nn::Kernels<float>& kernels);
 
-/// Trains until the config's epochs are done; calls after_epoch(state) at the end of each. The result depends on the
-/// data, the config, the seed and the kernel path alone. Throws NumericalError when the loss is no finite number.
-void train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float>& kernels, TrainingState& state,
-           const std::function<void(const TrainingState&)>& after_epoch);
+/// Bounds the Euclidean norm of a gradient, and keeps its direction.
+void clip(nn::AlignedVector<float>& gradient, double largest_norm);
+
+/// Trains until the config's epochs are done, or until after_step(state), called after each optimizer step, returns
+/// false. Returns whether all epochs are done. The result depends on the data, the config, the seed and the kernel path
+/// alone, however often training stops and goes on. Throws NumericalError when the loss is no finite number.
+bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float>& kernels, TrainingState& state,
+           const std::function<bool(const TrainingState&)>& after_step);
+
+/// The loss of a member over all windows of data that need not be those it was trained on.
+double mean_loss(const TrainingData& data, const Member& member, const nn::Kernels<float>& kernels);
 
 }  // namespace leeway::ensemble

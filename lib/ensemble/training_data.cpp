@@ -108,12 +108,69 @@ void find_residuals(TrainingData& data) {
   }
 }
 
+// Puts the recordings on the time grid; a notice says what is left out.
+void add_stretches(const std::vector<Trajectory>& recordings, const std::string& all_files, TrainingData& data) {
+  const TrainingConfig& config = data.config;
+  for (const Trajectory& recording : recordings) {
+    std::vector<Samples> stretches =
+        resample(recording, data.inputs.sampled_actuators(), data.inputs.wind, config.time_step_s, config.resampling);
+    Eigen::Index points = 0;
+    for (const Samples& s : stretches) points += s.size();
+    const double seconds = static_cast<double>(points) * config.time_step_s;
+    const double recorded = recording[Channel::t].back() - recording[Channel::t].front();
+    if (seconds < recorded - config.time_step_s)
+      data.notices.push_back(fmt::format("{}: {:.1f} of {:.1f} s have missing samples and are left out", recording.file,
+                                         recorded - seconds, recorded));
+    for (Samples& s : stretches) data.stretches.push_back(std::move(s));
+  }
+  if (data.stretches.empty())
+    throw InputError(all_files,
+                     fmt::format("too little data: no stretch of two points {} s apart without missing samples",
+                                 config.time_step_s));
+}
+
+// Cuts windows of K points and appends, for each, what the initial-state network observes, or nothing. It may look
+// beyond the end of a short window.
+std::vector<Window> cut_windows(const TrainingData& data, int K, std::vector<std::vector<double>>& observations) {
+  const int seen = data.config.initial_state_steps;
+  std::vector<Window> windows;
+  for (std::size_t i = 0; i < data.stretches.size(); ++i)
+    for (const Range range : training_windows(data.stretches[i].size(), K)) {
+      windows.push_back({i, range, {}});
+      observations.emplace_back();
+      const Eigen::Index in_sight = K < data.config.steps ? data.stretches[i].size() - range.begin : range.size;
+      if (data.config.initial_state_net && in_sight >= seen)
+        observations.back() =
+            initial_state_observations(data.stretches[i], range, seen, data.inputs.pose_in_initial_state);
+    }
+  return windows;
+}
+
+void standardize(const std::vector<Spread>& spreads, const std::vector<std::vector<double>>& observations,
+                 std::vector<Window>& windows) {
+  for (std::size_t w = 0; w < observations.size(); ++w)
+    for (std::size_t j = 0; j < observations[w].size(); ++j)
+      windows[w].initial_state_inputs.push_back(
+          static_cast<float>((observations[w][j] - spreads[j].mean) / spreads[j].sd));
+}
+
+std::string name_of_all(const std::vector<Trajectory>& recordings) {
+  if (recordings.empty()) return "";
+  if (recordings.size() == 1) return recordings.front().file;
+  return fmt::format("{} and {} more", recordings.front().file, recordings.size() - 1);
+}
+
 }  // namespace
 
 std::vector<Channel> ModelInputs::sampled_actuators() const {
   std::vector<Channel> channels = actuators;
   channels.insert(channels.end(), base_actuators.begin(), base_actuators.end());
   return channels;
+}
+
+const std::vector<Window>& TrainingData::windows_of_epoch(int epoch) const {
+  const std::size_t stage = curriculum_stage(config, epoch);
+  return stage < curriculum.size() ? curriculum[stage] : windows;
 }
 
 std::vector<double> initial_state_observations(const Samples& samples, Range range, int steps, bool with_pose) {
@@ -137,10 +194,7 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
   data.config = config;
   data.base = std::move(base);
   ModelInputs& inputs = data.inputs;
-  const std::string all_files = recordings.size() == 1 ? recordings.front().file
-                                : recordings.empty()
-                                    ? ""
-                                    : fmt::format("{} and {} more", recordings.front().file, recordings.size() - 1);
+  const std::string all_files = name_of_all(recordings);
   if (data.base)
     for (const Trajectory& recording : recordings) data.base->check(recording);
   find_actuators(recordings, data);
@@ -148,22 +202,7 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
   if (inputs.actuators.empty() && !inputs.wind)
     throw InputError(all_files, "no actuator column varies and there is no wind: nothing moves this ship");
 
-  for (const Trajectory& recording : recordings) {
-    std::vector<Samples> stretches =
-        resample(recording, inputs.sampled_actuators(), inputs.wind, config.time_step_s, config.resampling);
-    Eigen::Index points = 0;
-    for (const Samples& s : stretches) points += s.size();
-    const double seconds = static_cast<double>(points) * config.time_step_s;
-    const double recorded = recording[Channel::t].back() - recording[Channel::t].front();
-    if (seconds < recorded - config.time_step_s)
-      data.notices.push_back(fmt::format("{}: {:.1f} of {:.1f} s have missing samples and are left out", recording.file,
-                                         recorded - seconds, recorded));
-    for (Samples& s : stretches) data.stretches.push_back(std::move(s));
-  }
-  if (data.stretches.empty())
-    throw InputError(all_files,
-                     fmt::format("too little data: no stretch of two points {} s apart without missing samples",
-                                 config.time_step_s));
+  add_stretches(recordings, all_files, data);
 
   // Standardization. The apparent wind is that of the observed states.
   const std::size_t n_inputs = 3 + inputs.actuators.size() + (inputs.wind ? 2 : 0);
@@ -207,14 +246,7 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
   inputs.pose_in_initial_state =
       std::all_of(data.stretches.begin(), data.stretches.end(), [](const Samples& s) { return s.has_position; });
   std::vector<std::vector<double>> observations;
-  for (std::size_t i = 0; i < data.stretches.size(); ++i)
-    for (const Range range : training_windows(data.stretches[i].size(), config.steps)) {
-      data.windows.push_back({i, range, {}});
-      observations.emplace_back();
-      if (config.initial_state_net && range.size >= config.initial_state_steps)
-        observations.back() = initial_state_observations(data.stretches[i], range, config.initial_state_steps,
-                                                         inputs.pose_in_initial_state);
-    }
+  data.windows = cut_windows(data, config.steps, observations);
   if (config.initial_state_net) {
     const std::size_t per_point = inputs.pose_in_initial_state ? 6 : 3;
     const std::size_t n = per_point * static_cast<std::size_t>(config.initial_state_steps);
@@ -238,11 +270,31 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
       inputs.initial_state.push_back({fmt::format("{}[{}]", kNames[j % per_point + 6 - per_point], j / per_point),
                                       moments[j].mean,
                                       moments[j].varies() && moments[j].sd() > 0.0 ? moments[j].sd() : 1.0});
-    for (std::size_t w = 0; w < observations.size(); ++w)
-      for (std::size_t j = 0; j < observations[w].size(); ++j)
-        data.windows[w].initial_state_inputs.push_back(
-            static_cast<float>((observations[w][j] - inputs.initial_state[j].mean) / inputs.initial_state[j].sd));
+    standardize(inputs.initial_state, observations, data.windows);
   }
+  for (const CurriculumStage& stage : config.curriculum) {
+    observations.clear();
+    data.curriculum.push_back(cut_windows(data, stage.steps, observations));
+    standardize(inputs.initial_state, observations, data.curriculum.back());
+  }
+  return data;
+}
+
+TrainingData prepare_held_out_data(const std::vector<Trajectory>& recordings, const TrainingData& training) {
+  TrainingData data;
+  data.config = training.config;
+  data.inputs = training.inputs;
+  data.base = training.base;
+  if (data.base)
+    for (const Trajectory& recording : recordings) data.base->check(recording);
+  add_stretches(recordings, name_of_all(recordings), data);
+  std::vector<std::vector<double>> observations;
+  data.windows = cut_windows(data, data.config.steps, observations);
+  // Where the networks know the pose, a recording without it starts from the observed state.
+  for (std::size_t w = 0; w < observations.size(); ++w)
+    if (data.inputs.pose_in_initial_state && !data.stretches[data.windows[w].stretch].has_position)
+      observations[w].clear();
+  standardize(data.inputs.initial_state, observations, data.windows);
   return data;
 }
 

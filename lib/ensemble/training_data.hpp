@@ -59,8 +59,12 @@ struct TrainingData {
   ModelInputs inputs;
   std::vector<Samples> stretches;
   std::vector<Window> windows;
-  std::vector<std::string> notices;  ///< what the user should know: columns left out, files too short
+  std::vector<std::vector<Window>> curriculum;  ///< of each stage of config.curriculum
+  std::vector<std::string> notices;             ///< what the user should know: columns left out, files too short
   std::shared_ptr<const BaseModel> base = nullptr;
+
+  /// The windows that an epoch (from 0) is trained on.
+  const std::vector<Window>& windows_of_epoch(int epoch) const;
 };
 
 /// Finds the inputs, resamples, standardizes and cuts. Throws InputError where the data cannot train anything: no two
@@ -69,6 +73,10 @@ struct TrainingData {
 ///   base  nothing: the networks learn the whole accelerations
 TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config,
                                    std::shared_ptr<const BaseModel> base = nullptr);
+
+/// Other recordings as the members of a training see them: its inputs, its standardization, its base. For evaluation.
+/// Throws InputError where one lacks a column that the training has, or none holds two points of the time grid.
+TrainingData prepare_held_out_data(const std::vector<Trajectory>& recordings, const TrainingData& training);
 
 /// Inputs of the initial-state network before standardization: for each of the first `steps` points of the range
 /// x, y [m] and heading [rad] relative to the first point in its ship axes (where recorded), then u, v_m, r.

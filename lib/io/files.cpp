@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <memory>
+#include <random>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -145,8 +146,9 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     target_ = (fs::path(target_).parent_path() / next).string();
   }
   if (fs::exists(status) && ::access(target_.c_str(), W_OK) != 0) fail(errno);
-  temporary_ = fmt::format("{}.{}.tmp", target_, ::getpid());
-  file_ = std::fopen(temporary_.c_str(), "wb");
+  // Processes of other machines may write the same file of a shared folder under the same process number.
+  temporary_ = fmt::format("{}.{}-{:08x}.tmp", target_, ::getpid(), std::random_device{}());
+  file_ = std::fopen(temporary_.c_str(), "wbx");
   if (file_ == nullptr) {
     temporary_.clear();
     fail(errno);
@@ -169,7 +171,9 @@ void OutputFile::write(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail(errno);
 }
 
-void OutputFile::commit() {
+void OutputFile::commit() { commit(nullptr); }
+
+void OutputFile::commit(const std::function<void()>& before_rename) {
   if (std::fflush(file_) != 0) fail(errno);
   if (file_ == stdout) {
     file_ = nullptr;
@@ -180,6 +184,7 @@ void OutputFile::commit() {
   file_ = nullptr;
   if (std::fclose(closing) != 0) fail(errno);
   if (temporary_.empty()) return;
+  if (before_rename) before_rename();
   if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   temporary_.clear();
 }

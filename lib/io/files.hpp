@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdio>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +46,8 @@ class OutputFile {
   void write(std::string_view text);
   /// Flushes, checks, renames. Throws as write().
   void commit();
+  /// The same; what before_rename() throws keeps the file that was there.
+  void commit(const std::function<void()>& before_rename);
 
  private:
   [[noreturn]] void fail(int error_number);

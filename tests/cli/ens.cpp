@@ -6,69 +6,15 @@
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
 
+#include "ensemble.hpp"
 #include "io/json.hpp"
-#include "run.hpp"
 
 using namespace leeway;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
-using test::Outcome;
-using test::run;
-using test::TemporaryFolder;
+using namespace test;
 
 namespace {
-
-const std::string kSpec = R"({"ship": "vectwin-3m", "noise": "paper-model-scale", "sets": [
-  {"name": "train", "runs": [{"maneuver": "random", "count": 2, "duration_s": 50, "wind": {"speed_mps": [0.5, 1]}}]},
-  {"name": "test", "runs": [{"maneuver": "random", "duration_s": 45, "wind": {"speed_mps": 0.7, "dir_deg": 40}},
-                            {"maneuver": "turning", "rudder_deg": 20, "duration_s": 45}]}]})";
-
-std::string config(int epochs, const std::string& more = "") {
-  return fmt::format(
-      R"({{"hidden_units": 8, "hidden_layers": 2, "steps": 20, "initial_state_steps": 5, "batch_size": 2,
-          "epochs": {}, "members": 4, "learning_rate": 1e-3{}}})",
-      epochs, more);
-}
-
-const std::string kTrain = "ens-train data/dataset.json#train --quiet --config ";
-
-Outcome done(const TemporaryFolder& folder, const std::string& command) {
-  const Outcome outcome = run(folder, command);
-  CAPTURE(command, outcome.err);
-  REQUIRE(outcome.exit_code == 0);
-  return outcome;
-}
-
-// Recordings of a ship in data/, and tiny.json to train on them.
-void write_ensemble_inputs(const TemporaryFolder& folder) {
-  folder.write("spec.json", kSpec);
-  folder.write("tiny.json", config(6));
-  done(folder, "mmg-sim dataset spec.json -o data --quiet");
-}
-
-void prepare_model(const TemporaryFolder& folder) {
-  write_ensemble_inputs(folder);
-  done(folder, kTrain + "tiny.json -o model");
-}
-
-// One line that names the program, and nothing on the standard output.
-void check_refused(const TemporaryFolder& folder, const std::string& command, int exit_code,
-                   const std::string& message) {
-  const Outcome outcome = run(folder, command + " --quiet");
-  CAPTURE(command, outcome.err);
-  CHECK(outcome.exit_code == exit_code);
-  CHECK(outcome.out.empty());
-  CHECK_THAT(outcome.err, StartsWith(command.substr(0, command.find(' ')) + ": error: "));
-  CHECK_THAT(outcome.err, Contains(message));
-  CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
-}
-
-std::map<std::string, std::string> files_of(const std::string& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    files[entry.path().filename().string()] = io::read_text(entry.path().string());
-  return files;
-}
 
 // Fields of a CSV without quotation marks, one row after the other; the first is the header.
 std::vector<std::vector<std::string>> rows_of(const std::string& text) {
@@ -156,33 +102,6 @@ TEST_CASE("ens-train: the same bytes with one thread or two, and member by membe
   auto five = files_of(folder / "two");
   CHECK(five.size() == 6);
   for (const std::string name : {"member-00.json", "member-03.json"}) CHECK(five.at(name) == one.at(name));
-}
-
-TEST_CASE("ens-train: killed at any moment, it goes on to the same bytes", "[cli][ens]") {
-  const TemporaryFolder folder;
-  write_ensemble_inputs(folder);
-  folder.write("long.json", config(60, R"(, "learning_rate_schedule": "cosine")"));
-  const std::string train = kTrain + "long.json --checkpoint-s 0 --jobs 2 -o ";
-  done(folder, train + "undisturbed");
-  bool interrupted = false;
-  for (const std::string after : {"0.01", "0.03", "0.06", "0.1", "0.15"}) {
-    const Outcome killed =
-        run(folder, train + "killed --resume & pid=$!; sleep " + after + "; kill -9 $pid; wait $pid; echo $?");
-    if (killed.out == "137\n") interrupted = true;
-    if (!std::filesystem::exists(folder / "killed")) continue;
-    for (const auto& [name, text] : files_of(folder / "killed"))
-      if (name.ends_with(".json")) CHECK(io::parse_json(text, name).is_object());
-  }
-  CHECK(interrupted);
-  std::filesystem::create_directories(folder / "killed");
-  folder.write("killed/member-01.json.4711.tmp", "half a");
-  folder.write("killed/member-02.checkpoint.4712.tmp", "");
-  done(folder, train + "killed --resume");
-  const auto expected = files_of(folder / "undisturbed");
-  auto found = files_of(folder / "killed");
-  std::erase_if(found, [](const auto& file) { return file.first.starts_with("ensemble.json."); });
-  CHECK(expected.size() == 5);
-  CHECK(found == expected);
 }
 
 TEST_CASE("ens-train: a checkpoint of any epoch goes on to the same bytes", "[cli][ens]") {
@@ -275,7 +194,7 @@ TEST_CASE("ens-train: a config that is wrong ends with 3 and points to the place
   refused(R"({"sigma": 0.1})", "/sigma: expected an object, got 0.1");
   refused(R"({"activation": "relu"})", "/activation: ");
   refused(R"({"initial_state_net": "yes"})", "/initial_state_net: expected true or false");
-  check_refused(folder, kTrain + "none-such -o model", 2, "shipped: demo, full-scale, model-scale");
+  check_refused(folder, kTrain + "none-such -o model", 2, "shipped: demo, fast, full-scale, model-scale");
   check_refused(folder, kTrain + "none-such.json -o model", 4, "none-such.json: cannot be opened");
   CHECK_FALSE(std::filesystem::exists(folder / "model"));
 }

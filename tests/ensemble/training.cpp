@@ -37,6 +37,8 @@ TrainingData small_data(const TrainingConfig& config) {
   return prepare_training_data({test::synthetic_recording(1, 130), test::synthetic_recording(2, 75)}, config);
 }
 
+const TrainingReports kSilent{[](int, const MemberProgress&) {}, [](const std::string&) {}};
+
 std::string hash(const test::TemporaryFolder& folder, const std::string& file) {
   return io::sha256_of_file(folder / file);
 }
@@ -44,7 +46,7 @@ std::string hash(const test::TemporaryFolder& folder, const std::string& file) {
 void train_all(const TrainingData& data, const std::string& folder, std::vector<int> members, std::size_t jobs,
                bool resume = false) {
   const EnsembleHeader header = make_header(data, 1, {});
-  train_ensemble(data, header, {folder, std::move(members), resume, 0.0, jobs}, nn::kernels(), [](int, int, double) {});
+  train_ensemble(data, header, {folder, std::move(members), resume, 0.0, jobs}, nn::kernels(), kSilent);
 }
 
 }  // namespace
@@ -160,7 +162,7 @@ TEST_CASE("training: the loss falls, and members differ", "[ensemble]") {
   TrainingState a = initial_training_state(data, 1, 0, nn::kernels());
   TrainingState b = initial_training_state(data, 1, 1, nn::kernels());
   CHECK(a.member.parameters != b.member.parameters);
-  train(data, 1, nn::kernels(), a, [](const TrainingState&) {});
+  train(data, 1, nn::kernels(), a, [](const TrainingState&) { return true; });
   REQUIRE(a.member.training_curve.size() == 60);
   CHECK(a.member.training_curve.back() < 0.3F * a.member.training_curve.front());
 }
@@ -180,21 +182,104 @@ TEST_CASE("training: the same bytes with any number of jobs, member by member, a
 
   // Stop after three epochs as a killed run would leave it: its last checkpoint.
   const EnsembleHeader header = make_header(data, 1, {});
-  struct Stop {};
   for (const int number : {0, 1, 2}) {
     TrainingState state = initial_training_state(data, 1, number, nn::kernels());
-    CHECK_THROWS_AS(train(data, 1, nn::kernels(), state,
-                          [&](const TrainingState& now) {
-                            if (now.epochs_done < 3) return;
-                            write_checkpoint(resumed.path().string(), now, header);
-                            throw Stop{};
-                          }),
-                    Stop);
+    CHECK_FALSE(train(data, 1, nn::kernels(), state, [&](const TrainingState& now) { return now.epochs_done < 3; }));
+    write_checkpoint(resumed.path().string(), state, header);
   }
   train_all(data, resumed.path().string(), {0, 1, 2}, 1, true);
   for (const char* file : {"member-00.json", "member-01.json", "member-02.json"})
     CHECK(hash(one, file) == hash(resumed, file));
   CHECK(!fs::exists(checkpoint_path(resumed.path().string(), 0)));
+}
+
+TEST_CASE("training: stopped after any optimizer step, it goes on to the same bits", "[ensemble]") {
+  TrainingConfig config = small_config();
+  config.schedule = RateSchedule::cosine;
+  config.gradient_clip_norm = 100.0;
+  const TrainingData data = small_data(config);
+  const EnsembleHeader header = make_header(data, 1, {});
+  const test::TemporaryFolder whole, stopped;
+  train_all(data, whole.path().string(), {1}, 1);
+  const std::string folder = stopped.path().string();
+  // 11 windows in batches of 4 are 3 steps: stops of 1, 2, 3, ... steps meet every place of an epoch.
+  for (int length = 1; length <= 7; ++length) {
+    CAPTURE(length);
+    TrainingState state = initial_training_state(data, 1, 1, nn::kernels());
+    int steps = 0;
+    bool between = false;
+    while (!train(data, 1, nn::kernels(), state, [&](const TrainingState&) { return ++steps % length != 0; })) {
+      between = between || state.windows_done > 0;
+      write_checkpoint(folder, state, header);
+      state = *read_checkpoint(folder, 1, header);
+    }
+    CHECK(steps == 18);
+    CHECK((between || length % 3 == 0));
+    write_member(folder, state.member, header);
+    CHECK(hash(stopped, "member-01.json") == hash(whole, "member-01.json"));
+  }
+}
+
+TEST_CASE("training: a stop is asked for after every step, and leaves a checkpoint", "[ensemble]") {
+  const TrainingData data = small_data(small_config());
+  const EnsembleHeader header = make_header(data, 1, {});
+  const test::TemporaryFolder whole, stopped;
+  train_all(data, whole.path().string(), {0, 1, 2}, 1);
+  int asked = 0, stops = 0;
+  EnsembleTraining training{stopped.path().string(), {0, 1, 2}, true, 1000.0, 1, nullptr, {}};
+  training.stop = [&] { return ++asked % 5 == 0; };
+  while (!train_ensemble(data, header, training, nn::kernels(), kSilent)) ++stops;
+  CHECK(stops >= 4);
+  CHECK(stopped.listing() == whole.listing());
+  for (const char* file : {"member-00.json", "member-01.json", "member-02.json"})
+    CHECK(hash(stopped, file) == hash(whole, file));
+}
+
+TEST_CASE("training: a checkpoint that is damaged or cut anywhere is refused", "[ensemble]") {
+  const TrainingData data = small_data(small_config());
+  const EnsembleHeader header = make_header(data, 1, {});
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path().string(), file = checkpoint_path(path, 0);
+  write_checkpoint(path, initial_training_state(data, 1, 0, nn::kernels()), header);
+  const std::string good = io::read_text(file);
+  REQUIRE(read_checkpoint(path, 0, header));
+  for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{50}, std::size_t{84}, std::size_t{85},
+                                 good.size() / 2, good.size() - 1}) {
+    CAPTURE(size);
+    io::write_text(file, good.substr(0, size));
+    CHECK_THROWS_AS(read_checkpoint(path, 0, header), InputError);
+  }
+  std::string flipped = good;
+  flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 1);
+  io::write_text(file, flipped);
+  CHECK_THROWS_WITH(read_checkpoint(path, 0, header), Contains("is damaged"));
+  io::write_text(file, "\xa9 as the versions before");
+  CHECK_THROWS_WITH(read_checkpoint(path, 0, header), Contains("not a checkpoint of this version"));
+}
+
+TEST_CASE("training: held-out data are seen with the inputs and standardization of the training", "[ensemble]") {
+  const TrainingConfig config = small_config();
+  const TrainingData data = small_data(config);
+  const TrainingData held_out = prepare_held_out_data({test::synthetic_recording(3, 90)}, data);
+  CHECK(held_out.windows.size() == 5);
+  CHECK(held_out.inputs.inputs[0].mean == data.inputs.inputs[0].mean);
+  // Those of the training itself are the same windows again.
+  const TrainingData same =
+      prepare_held_out_data({test::synthetic_recording(1, 130), test::synthetic_recording(2, 75)}, data);
+  REQUIRE(same.windows.size() == data.windows.size());
+  for (std::size_t w = 0; w < same.windows.size(); ++w)
+    CHECK(same.windows[w].initial_state_inputs == data.windows[w].initial_state_inputs);
+  // At a vanishing rate the mean over an epoch's batches is the loss of the member.
+  TrainingConfig still = config;
+  still.learning_rate = 1e-30;
+  still.epochs = 1;
+  const TrainingData unmoved = small_data(still);
+  TrainingState state = initial_training_state(unmoved, 1, 0, nn::kernels());
+  train(unmoved, 1, nn::kernels(), state, [](const TrainingState&) { return true; });
+  CHECK_THAT(mean_loss(same, state.member, nn::kernels()), WithinRel(state.member.training_curve.back(), 1e-4F));
+  Trajectory without = test::synthetic_recording(3, 60);
+  without[Channel::n_bt].clear();
+  CHECK_THROWS_WITH(prepare_held_out_data({without}, data), Contains("no column 'n_bt_rps'"));
 }
 
 TEST_CASE("model files: weights read back to the same bits, and another training's files are refused", "[ensemble]") {
@@ -207,7 +292,7 @@ TEST_CASE("model files: weights read back to the same bits, and another training
   write_member(folder.path().string(), state.member, header);
   const EnsembleHeader read = *read_header(folder.path().string());
   CHECK(read.training_id == header.training_id);
-  CHECK(make_header({read.config, read.inputs, {}, {}, {}}, read.seed, {}).training_id == header.training_id);
+  CHECK(make_header({read.config, read.inputs, {}, {}, {}, {}}, read.seed, {}).training_id == header.training_id);
   const Member member = read_member(folder.path().string(), 0, read);
   CHECK(member.parameters == state.member.parameters);
   CHECK(member.output_mean == state.member.output_mean);
@@ -223,5 +308,6 @@ TEST_CASE("training: a diverging loss is an error that says what to lower", "[en
   config.epochs = 50;
   const TrainingData data = small_data(config);
   TrainingState state = initial_training_state(data, 1, 0, nn::kernels());
-  CHECK_THROWS_WITH(train(data, 1, nn::kernels(), state, [](const TrainingState&) {}), Contains("learning_rate"));
+  CHECK_THROWS_WITH(train(data, 1, nn::kernels(), state, [](const TrainingState&) { return true; }),
+                    Contains("learning_rate"));
 }

@@ -1,0 +1,34 @@
+#include "cli/interruption.hpp"
+
+#include <atomic>
+#include <csignal>
+
+namespace leeway::cli {
+namespace {
+
+constexpr std::array kSignals{SIGTERM, SIGINT};
+
+std::atomic<int> signal_that_came{0};
+static_assert(std::atomic<int>::is_always_lock_free);  // else a signal handler must not touch it
+
+void note(int signal) { signal_that_came = signal; }
+
+}  // namespace
+
+Interruption::Interruption() {
+  signal_that_came = 0;
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    before_[i] = std::signal(kSignals[i], note);
+    if (before_[i] == SIG_IGN) std::signal(kSignals[i], SIG_IGN);
+  }
+}
+
+Interruption::~Interruption() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) std::signal(kSignals[i], before_[i]);
+}
+
+bool Interruption::requested() { return signal_that_came != 0; }
+
+std::string Interruption::signal_name() { return signal_that_came == SIGINT ? "SIGINT" : "SIGTERM"; }
+
+}  // namespace leeway::cli
