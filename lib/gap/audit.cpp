@@ -619,7 +619,9 @@ Fault fault_of(const Fitter& fitter, const FaultModel& model, std::size_t place,
     if (!is_current) return numbers.segment(begin, Fitter::size_of(model.members[place]));
     const double set = std::atan2(reference(begin + 1), reference(begin));
     const double drawn = std::atan2(numbers(begin + 1), numbers(begin));
-    return Eigen::Vector2d(numbers.segment(begin, 2).norm(), set + wrap_angle(drawn - set));
+    VectorXd polar(2);
+    polar << numbers.segment(begin, 2).norm(), set + wrap_angle(drawn - set);
+    return polar;
   };
   const VectorXd value = derive(model.numbers, model.numbers), sd = fitter.resampled_sd(model, stream, derive);
   if (is_current) {
