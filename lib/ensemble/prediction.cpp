@@ -81,8 +81,7 @@ class HeldBase {
 Ensemble::Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels,
                    std::shared_ptr<const BaseModel> base)
     : header_(std::move(header)), kernels_(&kernels), base_(std::move(base)), members_(std::move(members)) {
-  for (const Member& member : members_)
-    constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, member));
+  for (const Member& member : members_) prepare(member);
 }
 
 Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels)
@@ -98,8 +97,15 @@ Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels
           member_path(folder, k),
           fmt::format("is not trained yet; run ens-train with --member {} or --resume, or use --use-members", k));
     members_.push_back(read_member(folder, k, header_));
-    constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, members_.back()));
+    prepare(members_.back());
   }
+}
+
+void Ensemble::prepare(const Member& member) {
+  constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, member));
+  const float* parameters = member.parameters.data();
+  dynamics_.emplace_back(*kernels_, member.dynamics, parameters);
+  initial_state_.emplace_back(*kernels_, member.initial_state, parameters + nn::parameter_count(member.dynamics));
 }
 
 std::vector<std::string> Ensemble::notices() const {
@@ -132,9 +138,8 @@ Eigen::Matrix3Xd EnsembleEvaluator::accelerations(int member, const Eigen::Matri
       *x++ = static_cast<float>(wind(1));
     }
   }
-  ensemble_->kernels().accelerations(workspace_.get(), ensemble_->constants(member).view(),
-                                     ensemble_->member(member).parameters.data(), inputs_.data(), static_cast<int>(n),
-                                     accelerations_.data());
+  ensemble_->kernels().accelerations(workspace_.get(), ensemble_->constants(member).view(), ensemble_->dynamics(member),
+                                     inputs_.data(), static_cast<int>(n), accelerations_.data());
   return Eigen::Map<const Eigen::Matrix3Xf>(accelerations_.data(), 3, n).cast<double>();
 }
 
@@ -198,9 +203,7 @@ void EnsembleEvaluator::estimate_initial_state(int member, const Samples& sample
     inputs_.push_back(static_cast<float>((observations[j] - header.inputs.initial_state[j].mean) /
                                          header.inputs.initial_state[j].sd));
   float correction[6];
-  const Member& m = ensemble_->member(member);
-  ensemble_->kernels().forward(workspace_.get(), m.initial_state, m.parameters.data() + nn::parameter_count(m.dynamics),
-                               inputs_.data(), 1, correction);
+  ensemble_->kernels().forward(workspace_.get(), ensemble_->initial_state(member), inputs_.data(), 1, correction);
   // The correction of the position is in the ship axes of the first observation.
   const Vec3<double>& pose = header.config.pose_scale;
   const double dx = pose(0) * correction[0], dy = pose(1) * correction[1], c = std::cos(eta(2)), s = std::sin(eta(2));

@@ -28,13 +28,18 @@ class Ensemble {
   /// What the user should know: members that were trained on different kernels.
   std::vector<std::string> notices() const;
   const RolloutConstants<float>& constants(int member) const { return *constants_[static_cast<std::size_t>(member)]; }
+  const void* dynamics(int member) const { return dynamics_[static_cast<std::size_t>(member)].get(); }
+  const void* initial_state(int member) const { return initial_state_[static_cast<std::size_t>(member)].get(); }
 
  private:
+  void prepare(const Member& member);
+
   EnsembleHeader header_;
   const nn::Kernels<float>* kernels_;
   std::shared_ptr<const BaseModel> base_;
   std::vector<Member> members_;
   std::vector<std::unique_ptr<RolloutConstants<float>>> constants_;
+  std::vector<nn::PackedNetwork<float>> dynamics_, initial_state_;
 };
 
 /// Evaluates members for one thread.
