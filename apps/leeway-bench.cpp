@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <iostream>
+#include <span>
 #include <sys/resource.h>
 #include <vector>
 
@@ -167,8 +168,8 @@ void bench_predict(std::size_t jobs, int repeats) {
     const Timing t = time(repeats, [&] {
       parallel_for(jobs, jobs, [&](std::size_t j) {
         ensemble::EnsembleEvaluator evaluator(model);
-        for (std::size_t i = j; i < tasks.size(); i += jobs)
-          ensemble::predict_sequence(evaluator, model, *tasks[i].samples, tasks[i].range, i, options);
+        const std::size_t begin = j * tasks.size() / jobs, end = (j + 1) * tasks.size() / jobs;
+        ensemble::predict_sequences(evaluator, model, std::span(tasks).subspan(begin, end - begin), options);
       });
     });
     print({{"bench", "predict"},
