@@ -56,7 +56,7 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--columns", o.columns, "columns map for foreign recordings: a JSON file or a shipped name");
   app.add_option("-o,--output", o.output, "folder for one prediction CSV per recording, '-' for one stream")
       ->capture_default_str();
-  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable")->capture_default_str();
+  app.add_option("--kernel", o.kernel, "auto, avx512, amx, avx2 or portable")->capture_default_str();
   cli::add_common_options(app, o.common);
 }
 

@@ -217,16 +217,25 @@ inline void gradient_of_group(const S* group, int steps, const S* in, int cols, 
                                out + static_cast<long>(k) * out_rows, out_rows);
   last_gradient_tile<kRows - 1, V, C>(cols - k, group, steps, in + static_cast<long>(k) * C * kWidth<S>, in_step,
                                       out + static_cast<long>(k) * out_rows, out_rows);
-  // The biases are the weights of an input that is always one.
-  Vector<S> sum[V];
-  S* bias = out + static_cast<long>(cols) * out_rows;
-  for (int v = 0; v < V; ++v) sum[v] = load(bias + v * kWidth<S>);
-  for (long sample = 0; sample < static_cast<long>(steps) * C * kWidth<S>; ++sample)
-    for (int v = 0; v < V; ++v) sum[v] += load(group + (sample * V + v) * kWidth<S>);
-  for (int v = 0; v < V; ++v) store<S>(bias + v * kWidth<S>, sum[v]);
 }
 
-/// Adds the gradient by the weights and biases of a layer over a chunk of steps to `out` [cols + 1][rows].
+/// Adds the sums of a chunk's deltas to `out` [rows].
+///   groups  from append_samples, `room` samples wide, of which `samples` are there
+///   rows    a multiple of the vector's width
+template <typename S>
+inline void add_bias_gradient(const S* groups, long room, long samples, int rows, S* out) {
+  constexpr int W = kWidth<S>;
+  for (int row = 0; row < rows; row += kGroup * W) {
+    const int vectors = vectors_in_group<S>(row, rows);
+    for (int v = 0; v < vectors; ++v) {
+      Vector<S> sum = load(out + row + v * W);
+      for (long sample = 0; sample < samples; ++sample) sum += load(groups + row * room + (sample * vectors + v) * W);
+      store<S>(out + row + v * W, sum);
+    }
+  }
+}
+
+/// Adds the gradient by the weights of a layer over a chunk of steps to `out` [cols][rows].
 ///   groups  the layer's deltas from append_samples, with room for `samples`
 ///   in      [cols][C vectors] of the first step, the next one in_step further
 ///   rows    a multiple of the vector's width

@@ -123,10 +123,10 @@ struct Kernels {
   double (*multiply_adds)(long repeats);
 };
 
-/// The kernels that this processor can run, fastest first: avx512, avx2, portable.
+/// The kernels that this processor can run: avx512, amx, avx2, portable; "auto" is the first of them.
 std::vector<std::string> available_kernels();
 
-/// Kernels by name, "auto" for the fastest. Throws UsageError for one that is unknown or that the processor lacks.
+/// Kernels by name, "auto" for the first. Throws UsageError for one that is unknown or that the processor lacks.
 const Kernels<float>& kernels(std::string_view name = "auto");
 
 /// The portable kernels in double precision, for checking gradients.

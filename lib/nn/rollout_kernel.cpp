@@ -5,6 +5,9 @@
 
 #include "nn/products.hpp"
 #include "nn/rollout.hpp"
+#ifdef LEEWAY_TILES
+#include "nn/tiles.hpp"
+#endif
 
 #define LEEWAY_TEXT(a) #a
 #define LEEWAY_TEXT_EXPANDED(a) LEEWAY_TEXT(a)
@@ -61,6 +64,15 @@ long offset_of(const NetworkShape& s, int layer) {
   return offset;
 }
 
+// Layers whose products are made in tiles: in training alone, where all lanes of a block are computed in the same way.
+bool in_tiles([[maybe_unused]] int inputs, [[maybe_unused]] int outputs) {
+#ifdef LEEWAY_TILES
+  return fits_tiles(inputs, outputs);
+#else
+  return false;
+#endif
+}
+
 // The weights of a network as the products want them.
 template <typename S>
 struct Network {
@@ -69,6 +81,8 @@ struct Network {
     Buffer<S> panels, bias;
     Buffer<S> transposed_panels;  // for gradients
     Buffer<S> columns;            // for few columns: [inputs][whole_outputs]
+    bool tiled = false;           // then these instead of the panels:
+    Buffer<int> tiles, transposed_tiles;
   };
 
   NetworkShape shape;
@@ -86,6 +100,16 @@ struct Network {
       const S* weights = parameters + offset_of(shape, l);
       layer.bias.reserve(layer.whole_outputs);
       __builtin_memcpy(layer.bias.at(0), weights + size, static_cast<std::size_t>(layer.outputs) * sizeof(S));
+      layer.tiled = gradients && in_tiles(layer.inputs, layer.outputs);
+#ifdef LEEWAY_TILES
+      if (layer.tiled) {
+        layer.tiles.reserve(size);
+        pack_tiles(weights, layer.outputs, layer.inputs, 1, layer.outputs, layer.tiles.at(0));
+        layer.transposed_tiles.reserve(size);
+        pack_tiles(weights, layer.inputs, layer.outputs, layer.outputs, 1, layer.transposed_tiles.at(0));
+        continue;
+      }
+#endif
       layer.panels.reserve(size);
       pack_panels(weights, layer.outputs, layer.inputs, 1, layer.outputs, layer.panels.at(0));
       if (gradients) {
@@ -112,6 +136,9 @@ struct NetworkWork {
   Buffer<S> groups[kMostLayers + 1];    // the deltas of a chunk of steps as samples, for the weight gradient
   Buffer<S> gradient[kMostLayers + 1];  // [inputs + 1][whole outputs]
 
+  Buffer<int> delta_tiles[kMostLayers + 1];  // the same for layers in tiles
+  Buffer<int> scratch;                       // what tiles are made of
+
   void reserve(const Network<S>& network, long steps, int lanes) {
     const NetworkShape& shape = network.shape;
     const int whole_units = whole_vectors<S>(shape.hidden_units), whole_outputs = whole_vectors<S>(shape.outputs);
@@ -121,6 +148,12 @@ struct NetworkWork {
     output_delta.reserve(static_cast<long>(whole_outputs) * lanes);
     for (int l = 0; l <= shape.hidden_layers; ++l)
       groups[l].reserve(static_cast<long>(network.layers[l].whole_outputs) * kChunkSamples);
+    for (int l = 0; l <= shape.hidden_layers; ++l)
+      if (network.layers[l].tiled) {
+        delta_tiles[l].reserve(static_cast<long>(network.layers[l].outputs) * kChunkSamples);
+        const long most = shape.hidden_units > shape.outputs ? shape.hidden_units : shape.outputs;
+        scratch.reserve((network.layers[l].inputs + most) * kChunkSamples + 1024);
+      }
   }
 
   void clear_gradient(const Network<S>& network) {
@@ -153,6 +186,20 @@ struct Work {
   Buffer<S> base_nu, base_psi, base_rates, base_derivatives;  // as the base wants them
 };
 
+// finish(position, sum) for the rows of a layer's weights * in + bias, or of its transposed weights * in.
+template <int C, typename S, typename Finish>
+void layer_product(const typename Network<S>::Layer& layer, bool transposed, const S* in,
+                   [[maybe_unused]] NetworkWork<S>& work, const Finish& finish) {
+  const int rows = transposed ? layer.inputs : layer.outputs, cols = transposed ? layer.outputs : layer.inputs;
+  const S* bias = transposed ? nullptr : layer.bias.at(0);
+#ifdef LEEWAY_TILES
+  if (layer.tiled)
+    return tile_product<C>((transposed ? layer.transposed_tiles : layer.tiles).at(0), rows, cols, bias, in,
+                           work.scratch.at(0), finish);
+#endif
+  product<C>((transposed ? layer.transposed_panels : layer.panels).at(0), rows, cols, bias, in, finish);
+}
+
 // Evaluates a network for [input][lane]; hidden outputs go to `step` of the work.
 template <int C, typename S>
 void forward_step(const Network<S>& network, const S* in, long step, NetworkWork<S>& work) {
@@ -162,13 +209,13 @@ void forward_step(const Network<S>& network, const S* in, long step, NetworkWork
     const auto& layer = network.layers[l];
     if (l < shape.hidden_layers) {
       S* out = work.hidden[l].at(at);
-      product<C>(layer.panels.at(0), layer.outputs, layer.inputs, layer.bias.at(0), in,
-                 [out](int position, Vector<S> sum) { store<S>(out + position, tanh(sum)); });
+      layer_product<C, S>(layer, false, in, work,
+                          [out](int position, Vector<S> sum) { store<S>(out + position, tanh(sum)); });
       in = out;
     } else {
       S* out = work.output.at(0);
-      product<C>(layer.panels.at(0), layer.outputs, layer.inputs, layer.bias.at(0), in,
-                 [out](int position, Vector<S> sum) { store<S>(out + position, sum); });
+      layer_product<C, S>(layer, false, in, work,
+                          [out](int position, Vector<S> sum) { store<S>(out + position, sum); });
     }
   }
 }
@@ -187,18 +234,21 @@ void backward_step(const Network<S>& network, const S* inputs, int step, int ste
   for (int l = shape.hidden_layers; l >= 0; --l) {
     const auto& layer = network.layers[l];
     append_samples<C>(delta, layer.whole_outputs, step - begin, kChunkSamples, work.groups[l].at(0));
+#ifdef LEEWAY_TILES
+    if constexpr (C == 2)
+      if (layer.tiled) append_sample_tiles(delta, layer.outputs, step - begin, chunk, work.delta_tiles[l].at(0));
+#endif
     if (l == 0) {
       if (input_derivative != nullptr)
-        product<C, S>(layer.transposed_panels.at(0), layer.inputs, layer.outputs, nullptr, delta,
-                      [=](int position, Vector<S> sum) { store<S>(input_derivative + position, sum); });
+        layer_product<C, S>(layer, true, delta, work,
+                            [=](int position, Vector<S> sum) { store<S>(input_derivative + position, sum); });
     } else {
       const S* h = work.hidden[l - 1].at(step * hidden_step);
       S* below = work.delta[l % 2].at(0);
-      product<C, S>(layer.transposed_panels.at(0), layer.inputs, layer.outputs, nullptr, delta,
-                    [=](int position, Vector<S> sum) {
-                      const Vector<S> tanh = load(h + position);
-                      store<S>(below + position, sum * multiply_add<S>(-tanh, tanh, broadcast(S(1))));
-                    });
+      layer_product<C, S>(layer, true, delta, work, [=](int position, Vector<S> sum) {
+        const Vector<S> tanh = load(h + position);
+        store<S>(below + position, sum * multiply_add<S>(-tanh, tanh, broadcast(S(1))));
+      });
       delta = below;
     }
   }
@@ -208,8 +258,21 @@ void backward_step(const Network<S>& network, const S* inputs, int step, int ste
     const auto& layer = network.layers[l];
     const S* in =
         l == 0 ? inputs + static_cast<long>(begin) * shape.inputs * L : work.hidden[l - 1].at(begin * hidden_step);
+    const long in_step = static_cast<long>(layer.inputs) * L;
+    S* gradient = work.gradient[l].at(0);
+    add_bias_gradient<S>(work.groups[l].at(0), kChunkSamples, size * L, layer.whole_outputs,
+                         gradient + static_cast<long>(layer.inputs) * layer.whole_outputs);
+#ifdef LEEWAY_TILES
+    // A row of a tile is 32 samples: narrower blocks stay with the vectors.
+    if constexpr (C == 2)
+      if (layer.tiled) {
+        add_tile_gradient(work.delta_tiles[l].at(0), chunk, size, layer.outputs, in, layer.inputs, in_step,
+                          work.scratch.at(0), gradient);
+        continue;
+      }
+#endif
     add_weight_gradient<C>(work.groups[l].at(0), static_cast<long>(kChunkSamples), size, layer.whole_outputs, in,
-                           layer.inputs, static_cast<long>(layer.inputs) * L, work.gradient[l].at(0));
+                           layer.inputs, in_step, gradient);
   }
 }
 
