@@ -56,7 +56,7 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--columns", o.columns, "columns map for foreign recordings: a JSON file or a shipped name");
   app.add_option("-o,--output", o.output, "folder for one prediction CSV per recording, '-' for one stream")
       ->capture_default_str();
-  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable")->capture_default_str();
+  app.add_option("--kernel", o.kernel, "auto, avx512, amx, avx2 or portable")->capture_default_str();
   cli::add_common_options(app, o.common);
 }
 
@@ -122,11 +122,15 @@ int main(int argc, char** argv) try {
       o.particles, o.sampling == "ts1" ? ensemble::Sampling::ts1 : ensemble::Sampling::ts_infinity,
       config.integrator_predict, o.common.seed};
   const auto make_predictor = [&]() -> ensemble::SequencePredictor {
-    if (!model) return [](const ensemble::SequenceTask& t) { return ensemble::hold_velocity(*t.samples, t.range); };
-    auto evaluator = std::make_shared<ensemble::EnsembleEvaluator>(*model);
-    return [&, evaluator](const ensemble::SequenceTask& t) {
-      return o.fitted ? ensemble::fitted_rollout(*evaluator, *model, *t.samples, t.range)
-                      : ensemble::predict_sequence(*evaluator, *model, *t.samples, t.range, t.sequence, options);
+    std::shared_ptr<ensemble::EnsembleEvaluator> evaluator;
+    if (model) evaluator = std::make_shared<ensemble::EnsembleEvaluator>(*model);
+    return [&, evaluator](std::span<const ensemble::SequenceTask> tasks) {
+      if (model && !o.fitted) return ensemble::predict_sequences(*evaluator, *model, tasks, options);
+      std::vector<ensemble::SequencePrediction> predictions;
+      for (const ensemble::SequenceTask& t : tasks)
+        predictions.push_back(model ? ensemble::fitted_rollout(*evaluator, *model, *t.samples, t.range)
+                                    : ensemble::hold_velocity(*t.samples, t.range));
+      return predictions;
     };
   };
 
@@ -151,7 +155,8 @@ int main(int argc, char** argv) try {
       continue;
     }
     if (!stream) writer.emplace((std::filesystem::path(o.output) / (recording.name + ".csv")).string());
-    ensemble::write_predictions(tasks, o.common.jobs, make_predictor, *writer, report);
+    ensemble::write_predictions(tasks, static_cast<std::size_t>(o.particles), o.common.jobs, make_predictor, *writer,
+                                report);
     if (!stream) writer->commit();
   }
   if (report.sequences == 0)

@@ -53,7 +53,7 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--checkpoint-s", o.checkpoint_s, "seconds between checkpoints; 0: after every optimizer step")
       ->check(cli::not_negative())
       ->capture_default_str();
-  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable; members are bit-identical on one kernel")
+  app.add_option("--kernel", o.kernel, "auto, avx512, amx, avx2 or portable; members are bit-identical on one kernel")
       ->capture_default_str();
   cli::add_common_options(app, o.common);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <iostream>
+#include <span>
 #include <sys/resource.h>
 #include <vector>
 
@@ -91,10 +92,35 @@ ensemble::TrainingData random_data(std::size_t windows) {
   return ensemble::prepare_training_data(recordings, config);
 }
 
+template <typename S>
+nn::AlignedVector<S> gradient_of(const nn::Kernels<S>& kernels, const ensemble::TrainingData& data,
+                                 const ensemble::Member& member, const std::vector<std::size_t>& windows) {
+  const ensemble::RolloutConstants<S> constants(data.inputs, data.config, member);
+  const nn::KernelWorkspace<S> workspace(kernels);
+  ensemble::WindowBatch<S> batch;
+  batch.assign(data, windows.data(), windows.size());
+  const nn::AlignedVector<S> parameters(member.parameters.begin(), member.parameters.end());
+  nn::AlignedVector<S> gradient(parameters.size());
+  kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(), parameters.data(), gradient.data());
+  return gradient;
+}
+
+// Norm of the gradient's error by the norm of `exact`.
+double relative_error(const nn::AlignedVector<float>& gradient, const nn::AlignedVector<double>& exact) {
+  double difference = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    difference += std::pow(static_cast<double>(gradient[i]) - exact[i], 2);
+    square += exact[i] * exact[i];
+  }
+  return std::sqrt(difference / square);
+}
+
 void bench_train(std::size_t jobs, int repeats) {
   const ensemble::TrainingData data = random_data(32);
   std::vector<std::size_t> windows(32);
   for (std::size_t i = 0; i < windows.size(); ++i) windows[i] = i;
+  const ensemble::Member first = ensemble::initial_training_state(data, 1, 0, nn::kernels("portable")).member;
+  const nn::AlignedVector<double> exact = gradient_of(nn::kernels_double(), data, first, windows);
   for (const std::string& path : nn::available_kernels()) {
     const nn::Kernels<float>& kernels = nn::kernels(path);
     constexpr long kPeakRepeats = 20'000'000;
@@ -146,6 +172,7 @@ void bench_train(std::size_t jobs, int repeats) {
            {"gflops", 1e-9 * flops / step32.wall_s},
            {"fp32_peak_gflops", 1e-9 * peak * static_cast<double>(jobs)},
            {"fraction_of_fp32_peak", flops / step32.wall_s / peak / static_cast<double>(jobs)},
+           {"gradient_error", relative_error(gradient_of(kernels, data, first, windows), exact)},
            {"rss_mb", peak_memory_mb()}});
   }
 }
@@ -167,8 +194,8 @@ void bench_predict(std::size_t jobs, int repeats) {
     const Timing t = time(repeats, [&] {
       parallel_for(jobs, jobs, [&](std::size_t j) {
         ensemble::EnsembleEvaluator evaluator(model);
-        for (std::size_t i = j; i < tasks.size(); i += jobs)
-          ensemble::predict_sequence(evaluator, model, *tasks[i].samples, tasks[i].range, i, options);
+        const std::size_t begin = j * tasks.size() / jobs, end = (j + 1) * tasks.size() / jobs;
+        ensemble::predict_sequences(evaluator, model, std::span(tasks).subspan(begin, end - begin), options);
       });
     });
     print({{"bench", "predict"},

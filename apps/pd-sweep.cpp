@@ -45,7 +45,7 @@ void add_options(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--trajectories", o.trajectories, "folder for the runs of each gain pair, sampled at 1 s");
   app.add_option("-o,--output", o.output, "scores (CSV), '-' for stdout")->capture_default_str();
-  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable")->capture_default_str();
+  app.add_option("--kernel", o.kernel, "auto, avx512, amx, avx2 or portable")->capture_default_str();
   cli::add_common_options(app, o.common);
 }
 

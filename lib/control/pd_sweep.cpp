@@ -110,7 +110,7 @@ void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTas
     }
     if (k == steps) break;
     evaluator.step(member, Integrator::rk4, task.dt_s, held, Vec2<double>::Zero(), eta, nu,
-                   grid_time(static_cast<std::size_t>(k), task.dt_s));
+                   Eigen::RowVectorXd::Constant(1, grid_time(static_cast<std::size_t>(k), task.dt_s)));
     if (!nu.allFinite() || !eta.allFinite())
       throw NumericalError(
           fmt::format("member {}: a run is no finite number at t = {} s", member, grid_time(k + 1, task.dt_s)));

@@ -109,13 +109,15 @@ void WindowBatch<S>::assign_base(const TrainingData& data, const std::vector<Win
 }
 
 template <typename S>
-void WindowBatch<S>::base_rates(const void* batch, int step, const S* nu, const S* psi, S* rates, S* derivatives) {
+void WindowBatch<S>::base_rates(const void* batch, int step, int first, int n, const S* nu, const S* psi, S* rates,
+                                S* derivatives) {
   const WindowBatch& self = *static_cast<const WindowBatch*>(batch);
-  const auto windows = static_cast<std::size_t>(self.batch_.windows);
-  for (std::size_t b = 0; b < windows; ++b) {
+  const std::size_t held_inputs =
+      static_cast<std::size_t>(step) * static_cast<std::size_t>(self.batch_.windows) + static_cast<std::size_t>(first);
+  for (std::size_t b = 0; b < static_cast<std::size_t>(n); ++b) {
     Eigen::Map<Eigen::Matrix<S, 4, 1>> rate(rates + 4 * b);
     Eigen::Map<Eigen::Matrix<S, 4, 4>> derivative(derivatives + 16 * b);
-    const std::optional<Inputs<double>>& held = self.base_inputs_[static_cast<std::size_t>(step) * windows + b];
+    const std::optional<Inputs<double>>& held = self.base_inputs_[held_inputs + b];
     if (!held) {
       rate.setZero();
       derivative.setZero();

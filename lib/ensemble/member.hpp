@@ -57,7 +57,8 @@ class WindowBatch {
  private:
   void assign_base(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows,
                    std::size_t count, std::size_t points);
-  static void base_rates(const void* batch, int step, const S* nu, const S* psi, S* rates, S* derivatives);
+  static void base_rates(const void* batch, int step, int first, int n, const S* nu, const S* psi, S* rates,
+                         S* derivatives);
 
   nn::AlignedVector<S> nu_, weight_, psi_, controls_, wind_, initial_state_, mask_;
   nn::RolloutBatch<S> batch_;

@@ -26,16 +26,24 @@ Eigen::Matrix3Xd pose_rates(const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd&
   return rates;
 }
 
+// The column that belongs to state i: there is one for all, or one for each.
+template <typename Matrix>
+Eigen::Index column_of(const Matrix& matrix, Eigen::Index i) {
+  return matrix.cols() == 1 ? 0 : i;
+}
+
 // The base model for states side by side over a step with held inputs.
 class HeldBase {
  public:
   HeldBase(const BaseModel& base, const std::vector<Channel>& channels,
-           const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Vec2<double>& true_wind, double t_s)
+           const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Eigen::Ref<const Eigen::Matrix2Xd>& true_wind,
+           const Eigen::Ref<const Eigen::RowVectorXd>& t_s)
       : base_(base) {
-    for (Eigen::Index i = 0; i < actuators.cols(); ++i) {
-      Inputs<double> in{{}, true_wind, t_s};
+    const Eigen::Index n = std::max({actuators.cols(), true_wind.cols(), t_s.cols()});
+    for (Eigen::Index i = 0; i < n; ++i) {
+      Inputs<double> in{{}, true_wind.col(column_of(true_wind, i)), t_s(column_of(t_s, i))};
       for (std::size_t a = 0; a < channels.size(); ++a)
-        in.actuators[channels[a]] = actuators(static_cast<Eigen::Index>(a), i);
+        in.actuators[channels[a]] = actuators(static_cast<Eigen::Index>(a), column_of(actuators, i));
       inputs_.push_back(in);
       acting_.emplace_back(in.actuators);
     }
@@ -81,8 +89,7 @@ class HeldBase {
 Ensemble::Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels,
                    std::shared_ptr<const BaseModel> base)
     : header_(std::move(header)), kernels_(&kernels), base_(std::move(base)), members_(std::move(members)) {
-  for (const Member& member : members_)
-    constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, member));
+  for (const Member& member : members_) prepare(member);
 }
 
 Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels)
@@ -98,8 +105,15 @@ Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels
           member_path(folder, k),
           fmt::format("is not trained yet; run ens-train with --member {} or --resume, or use --use-members", k));
     members_.push_back(read_member(folder, k, header_));
-    constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, members_.back()));
+    prepare(members_.back());
   }
+}
+
+void Ensemble::prepare(const Member& member) {
+  constants_.push_back(std::make_unique<RolloutConstants<float>>(header_.inputs, header_.config, member));
+  const float* parameters = member.parameters.data();
+  dynamics_.emplace_back(*kernels_, member.dynamics, parameters);
+  initial_state_.emplace_back(*kernels_, member.initial_state, parameters + nn::parameter_count(member.dynamics));
 }
 
 std::vector<std::string> Ensemble::notices() const {
@@ -115,7 +129,7 @@ EnsembleEvaluator::EnsembleEvaluator(const Ensemble& ensemble) : ensemble_(&ense
 
 Eigen::Matrix3Xd EnsembleEvaluator::accelerations(int member, const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd& nu,
                                                   const Eigen::Ref<const Eigen::MatrixXd>& actuators,
-                                                  const Vec2<double>& true_wind) {
+                                                  const Eigen::Ref<const Eigen::Matrix2Xd>& true_wind) {
   const ModelInputs& inputs = ensemble_->header().inputs;
   const Eigen::Index n = nu.cols(), width = static_cast<Eigen::Index>(inputs.inputs.size());
   inputs_.resize(static_cast<std::size_t>(n * width));
@@ -123,24 +137,25 @@ Eigen::Matrix3Xd EnsembleEvaluator::accelerations(int member, const Eigen::Matri
   float* x = inputs_.data();
   for (Eigen::Index i = 0; i < n; ++i) {
     for (int j = 0; j < 3; ++j) *x++ = static_cast<float>(nu(j, i));
-    const Eigen::Index a = actuators.cols() == 1 ? 0 : i;
+    const Eigen::Index a = column_of(actuators, i);
     for (std::size_t j = 0; j < inputs.actuators.size(); ++j)
       *x++ = static_cast<float>(actuators(static_cast<Eigen::Index>(j), a));
     if (inputs.wind) {
-      const Vec2<double> wind = apparent_wind<double>(true_wind, eta(2, i), nu(0, i), nu(1, i));
+      const Vec2<double> wind =
+          apparent_wind<double>(true_wind.col(column_of(true_wind, i)), eta(2, i), nu(0, i), nu(1, i));
       *x++ = static_cast<float>(wind(0));
       *x++ = static_cast<float>(wind(1));
     }
   }
-  ensemble_->kernels().accelerations(workspace_.get(), ensemble_->constants(member).view(),
-                                     ensemble_->member(member).parameters.data(), inputs_.data(), static_cast<int>(n),
-                                     accelerations_.data());
+  ensemble_->kernels().accelerations(workspace_.get(), ensemble_->constants(member).view(), ensemble_->dynamics(member),
+                                     inputs_.data(), static_cast<int>(n), accelerations_.data());
   return Eigen::Map<const Eigen::Matrix3Xf>(accelerations_.data(), 3, n).cast<double>();
 }
 
 void EnsembleEvaluator::step(int member, Integrator integrator, double dt_s,
-                             const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Vec2<double>& true_wind,
-                             Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu, double t_s) {
+                             const Eigen::Ref<const Eigen::MatrixXd>& actuators,
+                             const Eigen::Ref<const Eigen::Matrix2Xd>& true_wind, Eigen::Matrix3Xd& eta,
+                             Eigen::Matrix3Xd& nu, const Eigen::Ref<const Eigen::RowVectorXd>& t_s) {
   std::optional<HeldBase> base;
   if (ensemble_->base() != nullptr)
     base.emplace(*ensemble_->base(), ensemble_->header().inputs.sampled_actuators(), actuators, true_wind, t_s);
@@ -198,9 +213,7 @@ void EnsembleEvaluator::estimate_initial_state(int member, const Samples& sample
     inputs_.push_back(static_cast<float>((observations[j] - header.inputs.initial_state[j].mean) /
                                          header.inputs.initial_state[j].sd));
   float correction[6];
-  const Member& m = ensemble_->member(member);
-  ensemble_->kernels().forward(workspace_.get(), m.initial_state, m.parameters.data() + nn::parameter_count(m.dynamics),
-                               inputs_.data(), 1, correction);
+  ensemble_->kernels().forward(workspace_.get(), ensemble_->initial_state(member), inputs_.data(), 1, correction);
   // The correction of the position is in the ship axes of the first observation.
   const Vec3<double>& pose = header.config.pose_scale;
   const double dx = pose(0) * correction[0], dy = pose(1) * correction[1], c = std::cos(eta(2)), s = std::sin(eta(2));
@@ -208,73 +221,236 @@ void EnsembleEvaluator::estimate_initial_state(int member, const Samples& sample
   for (int i = 0; i < 3; ++i) nu(i) += header.config.sigma(i) * correction[3 + i];
 }
 
+namespace {
+
+// States of several sequences side by side, for one member.
+class Columns {
+ public:
+  Columns(EnsembleEvaluator& evaluator, int member, Integrator integrator, std::size_t actuators)
+      : evaluator_(evaluator),
+        member_(member),
+        integrator_(integrator),
+        channels_(static_cast<Eigen::Index>(actuators)) {}
+
+  void resize(std::size_t count) {
+    const auto n = static_cast<Eigen::Index>(count);
+    eta.conservativeResize(3, n);
+    nu.conservativeResize(3, n);
+    actuators_.resize(channels_, n);
+    true_wind_.resize(2, n);
+    t_s_.resize(n);
+  }
+
+  // Column i is moved by what the recording of the task holds at its point k.
+  void hold(Eigen::Index i, const SequenceTask& task, Eigen::Index k) {
+    const Samples& samples = *task.samples;
+    const Eigen::Index at = task.range.begin + k;
+    actuators_.col(i) = samples.actuators.col(at);
+    true_wind_.col(i) = samples.true_wind.col(at);
+    t_s_(i) = samples.t_s(at);
+  }
+
+  void step(double dt_s) { evaluator_.step(member_, integrator_, dt_s, actuators_, true_wind_, eta, nu, t_s_); }
+
+  Eigen::Matrix3Xd eta, nu;
+
+ private:
+  EnsembleEvaluator& evaluator_;
+  int member_;
+  Integrator integrator_;
+  Eigen::Index channels_;
+  Eigen::MatrixXd actuators_;
+  Eigen::Matrix2Xd true_wind_;
+  Eigen::RowVectorXd t_s_;
+};
+
+// The particles of one sequence on their way.
+class Particles {
+ public:
+  Particles(const SequenceTask& task, const Ensemble& ensemble, const PredictionOptions& options)
+      : task_(&task),
+        members_(static_cast<std::uint64_t>(ensemble.members())),
+        random_(options.seed, "members of particles of " + task.samples->recording, task.sequence),
+        particles_(static_cast<std::size_t>(options.particles)) {
+    prediction.eta.emplace_back(task.samples->eta.col(task.range.begin));
+    prediction.nu.emplace_back(task.samples->nu.col(task.range.begin));
+    prediction.state.emplace_back(particles_, 0);
+    draw();
+    prediction.member.push_back(member_);
+  }
+
+  const SequenceTask& task() const { return *task_; }
+  Eigen::Index steps() const { return task_->range.size - 1; }
+
+  // Each particle draws the member that moves it from now on.
+  void draw() {
+    member_.resize(particles_);
+    for (int& m : member_) m = static_cast<int>(random_.below(members_));
+  }
+
+  // Makes room for the next point. Particles that share state and member are one column of it, sorted by member;
+  // returns these pairs (member, state).
+  const std::vector<std::pair<int, int>>& begin_step() {
+    const std::vector<int>& state = prediction.state.back();
+    std::vector<std::pair<int, int>> pairs(particles_);
+    for (std::size_t p = 0; p < particles_; ++p) pairs[p] = {member_[p], state[p]};
+    distinct_ = pairs;
+    std::sort(distinct_.begin(), distinct_.end());
+    distinct_.erase(std::unique(distinct_.begin(), distinct_.end()), distinct_.end());
+    std::vector<int> next(particles_);
+    for (std::size_t p = 0; p < particles_; ++p)
+      next[p] = static_cast<int>(std::lower_bound(distinct_.begin(), distinct_.end(), pairs[p]) - distinct_.begin());
+    prediction.state.push_back(std::move(next));
+    prediction.member.push_back(member_);
+    const auto n = static_cast<Eigen::Index>(distinct_.size());
+    prediction.eta.emplace_back(3, n);
+    prediction.nu.emplace_back(3, n);
+    return distinct_;
+  }
+
+  // Looks for states that are none, and for particles far out.
+  void judge(const ModelInputs& inputs) {
+    std::vector<bool> left(particles_, false);
+    for (std::size_t k = 1; k < prediction.eta.size(); ++k) {
+      const double time_s = task_->samples->t_s(task_->range.begin + static_cast<Eigen::Index>(k));
+      const Eigen::Matrix3Xd& nu = prediction.nu[k];
+      if (!prediction.eta[k].allFinite() || !nu.allFinite())
+        throw NumericalError(fmt::format("{}: sequence {}: a particle is no finite number at t = {} s",
+                                         task_->samples->recording, task_->sequence, time_s));
+      for (std::size_t p = 0; p < particles_; ++p) {
+        const auto v = nu.col(prediction.state[k][p]);
+        const bool out = std::max(std::abs(v(0)), std::abs(v(1))) > kBoundsFactor * inputs.largest_speed_mps ||
+                         std::abs(v(2)) > kBoundsFactor * inputs.largest_rate_radps;
+        if (!out || left[p]) continue;
+        left[p] = true;
+        if (prediction.out_of_bounds++ == 0) prediction.first_out_of_bounds_s = time_s;
+      }
+    }
+  }
+
+  SequencePrediction prediction;
+
+ private:
+  const SequenceTask* task_;
+  std::uint64_t members_;
+  RandomStream random_;
+  std::size_t particles_;
+  std::vector<int> member_;
+  std::vector<std::pair<int, int>> distinct_;
+};
+
+// TS-infinity: a member's trajectories through all sequences, from begin to end.
+void propagate_member(Columns& columns, int member, std::vector<Particles>& sequences,
+                      const std::vector<std::vector<std::pair<int, int>>>& first) {
+  struct Lane {
+    std::size_t sequence;
+    Eigen::Index column;
+  };
+  std::vector<Lane> lanes;
+  for (std::size_t s = 0; s < sequences.size(); ++s)
+    for (std::size_t i = 0; i < first[s].size(); ++i)
+      if (first[s][i].first == member) lanes.push_back({s, static_cast<Eigen::Index>(i)});
+  // The longest first: those on the way are always the first ones.
+  std::stable_sort(lanes.begin(), lanes.end(), [&](const Lane& a, const Lane& b) {
+    return sequences[a.sequence].steps() > sequences[b.sequence].steps();
+  });
+  columns.resize(lanes.size());
+  for (std::size_t i = 0; i < lanes.size(); ++i) {
+    const SequencePrediction& prediction = sequences[lanes[i].sequence].prediction;
+    columns.eta.col(static_cast<Eigen::Index>(i)) = prediction.eta.front().col(0);
+    columns.nu.col(static_cast<Eigen::Index>(i)) = prediction.nu.front().col(0);
+  }
+  for (Eigen::Index k = 0;; ++k) {
+    while (!lanes.empty() && sequences[lanes.back().sequence].steps() <= k) lanes.pop_back();
+    if (lanes.empty()) return;
+    columns.resize(lanes.size());
+    for (std::size_t i = 0; i < lanes.size(); ++i)
+      columns.hold(static_cast<Eigen::Index>(i), sequences[lanes[i].sequence].task(), k);
+    columns.step(sequences[lanes.front().sequence].task().samples->dt_s);
+    for (std::size_t i = 0; i < lanes.size(); ++i) {
+      SequencePrediction& prediction = sequences[lanes[i].sequence].prediction;
+      const auto point = static_cast<std::size_t>(k + 1);
+      prediction.eta[point].col(lanes[i].column) = columns.eta.col(static_cast<Eigen::Index>(i));
+      prediction.nu[point].col(lanes[i].column) = columns.nu.col(static_cast<Eigen::Index>(i));
+    }
+  }
+}
+
+// TS1: step k of all sequences that reach it, by the members that were drawn.
+void propagate_step(std::vector<Columns>& columns, std::vector<Particles>& sequences, Eigen::Index k) {
+  struct Lane {
+    Particles* particles;
+    Eigen::Index state, column;
+  };
+  std::vector<std::vector<Lane>> lanes(columns.size());
+  for (Particles& particles : sequences) {
+    if (k >= particles.steps()) continue;
+    if (k > 0) particles.draw();
+    Eigen::Index column = 0;
+    for (const auto& [member, state] : particles.begin_step())
+      lanes[static_cast<std::size_t>(member)].push_back({&particles, state, column++});
+  }
+  const auto point = static_cast<std::size_t>(k);
+  for (std::size_t m = 0; m < columns.size(); ++m) {
+    if (lanes[m].empty()) continue;
+    columns[m].resize(lanes[m].size());
+    for (std::size_t i = 0; i < lanes[m].size(); ++i) {
+      const auto [particles, state, column] = lanes[m][i];
+      const auto at = static_cast<Eigen::Index>(i);
+      columns[m].eta.col(at) = particles->prediction.eta[point].col(state);
+      columns[m].nu.col(at) = particles->prediction.nu[point].col(state);
+      columns[m].hold(at, particles->task(), k);
+    }
+    columns[m].step(lanes[m].front().particles->task().samples->dt_s);
+    for (std::size_t i = 0; i < lanes[m].size(); ++i) {
+      const auto [particles, state, column] = lanes[m][i];
+      particles->prediction.eta[point + 1].col(column) = columns[m].eta.col(static_cast<Eigen::Index>(i));
+      particles->prediction.nu[point + 1].col(column) = columns[m].nu.col(static_cast<Eigen::Index>(i));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<SequencePrediction> predict_sequences(EnsembleEvaluator& evaluator, const Ensemble& ensemble,
+                                                  std::span<const SequenceTask> tasks,
+                                                  const PredictionOptions& options) {
+  const ModelInputs& inputs = ensemble.header().inputs;
+  std::vector<Particles> sequences;
+  Eigen::Index longest = 0;
+  for (const SequenceTask& task : tasks) {
+    sequences.emplace_back(task, ensemble, options);
+    longest = std::max(longest, task.range.size);
+  }
+  std::vector<Columns> columns;
+  for (int m = 0; m < ensemble.members(); ++m)
+    columns.emplace_back(evaluator, m, options.integrator, inputs.sampled_actuators().size());
+
+  if (options.sampling == Sampling::ts1) {
+    for (Eigen::Index k = 0; k + 1 < longest; ++k) propagate_step(columns, sequences, k);
+  } else {
+    // The columns of the first step are those of all others.
+    std::vector<std::vector<std::pair<int, int>>> first(sequences.size());
+    for (std::size_t s = 0; s < sequences.size(); ++s)
+      for (Eigen::Index k = 0; k < sequences[s].steps(); ++k) {
+        const std::vector<std::pair<int, int>>& pairs = sequences[s].begin_step();
+        if (k == 0) first[s] = pairs;
+      }
+    for (int m = 0; m < ensemble.members(); ++m)
+      propagate_member(columns[static_cast<std::size_t>(m)], m, sequences, first);
+  }
+  std::vector<SequencePrediction> predictions;
+  for (Particles& particles : sequences) {
+    particles.judge(inputs);
+    predictions.push_back(std::move(particles.prediction));
+  }
+  return predictions;
+}
+
 SequencePrediction predict_sequence(EnsembleEvaluator& evaluator, const Ensemble& ensemble, const Samples& samples,
                                     Range range, std::size_t sequence, const PredictionOptions& options) {
-  const auto particles = static_cast<std::size_t>(options.particles);
-  const auto members = static_cast<std::uint64_t>(ensemble.members());
-  const ModelInputs& inputs = ensemble.header().inputs;
-  RandomStream random(options.seed, "members of particles of " + samples.recording, sequence);
-  const auto draw = [&] {
-    std::vector<int> drawn(particles);
-    for (int& m : drawn) m = static_cast<int>(random.below(members));
-    return drawn;
-  };
-
-  SequencePrediction result;
-  result.eta.emplace_back(samples.eta.col(range.begin));
-  result.nu.emplace_back(samples.nu.col(range.begin));
-  result.state.emplace_back(particles, 0);
-  std::vector<int> member = draw();
-  result.member.push_back(member);
-  std::vector<bool> left(particles, false);
-
-  for (Eigen::Index k = 0; k + 1 < range.size; ++k) {
-    if (k > 0 && options.sampling == Sampling::ts1) member = draw();
-    // Particles that share state and member are one evaluation; those of one member are one batch.
-    const std::vector<int>& state = result.state.back();
-    std::vector<std::pair<int, int>> tasks(particles);  // (member, state)
-    for (std::size_t p = 0; p < particles; ++p) tasks[p] = {member[p], state[p]};
-    std::vector<std::pair<int, int>> distinct = tasks;
-    std::sort(distinct.begin(), distinct.end());
-    distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-
-    Eigen::Matrix3Xd eta(3, distinct.size()), nu(3, distinct.size());
-    for (std::size_t begin = 0; begin < distinct.size();) {
-      std::size_t end = begin;
-      while (end < distinct.size() && distinct[end].first == distinct[begin].first) ++end;
-      const auto n = static_cast<Eigen::Index>(end - begin), at = static_cast<Eigen::Index>(begin);
-      Eigen::Matrix3Xd e(3, n), v(3, n);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const int s = distinct[begin + static_cast<std::size_t>(i)].second;
-        e.col(i) = result.eta.back().col(s);
-        v.col(i) = result.nu.back().col(s);
-      }
-      evaluator.step(distinct[begin].first, options.integrator, samples.dt_s, samples.actuators.col(range.begin + k),
-                     samples.true_wind.col(range.begin + k), e, v, samples.t_s(range.begin + k));
-      eta.middleCols(at, n) = e;
-      nu.middleCols(at, n) = v;
-      begin = end;
-    }
-    const double time_s = samples.t_s(range.begin + k + 1);
-    if (!eta.allFinite() || !nu.allFinite())
-      throw NumericalError(fmt::format("{}: sequence {}: a particle is no finite number at t = {} s", samples.recording,
-                                       sequence, time_s));
-    std::vector<int> next(particles);
-    for (std::size_t p = 0; p < particles; ++p) {
-      next[p] = static_cast<int>(std::lower_bound(distinct.begin(), distinct.end(), tasks[p]) - distinct.begin());
-      const auto v = nu.col(next[p]);
-      const bool out = std::max(std::abs(v(0)), std::abs(v(1))) > kBoundsFactor * inputs.largest_speed_mps ||
-                       std::abs(v(2)) > kBoundsFactor * inputs.largest_rate_radps;
-      if (!out || left[p]) continue;
-      left[p] = true;
-      if (result.out_of_bounds++ == 0) result.first_out_of_bounds_s = time_s;
-    }
-    result.eta.push_back(std::move(eta));
-    result.nu.push_back(std::move(nu));
-    result.state.push_back(std::move(next));
-    result.member.push_back(member);
-  }
-  return result;
+  const SequenceTask task{&samples, range, sequence};
+  return std::move(predict_sequences(evaluator, ensemble, {&task, 1}, options).front());
 }
 
 SequencePrediction fitted_rollout(EnsembleEvaluator& evaluator, const Ensemble& ensemble, const Samples& samples,
@@ -298,7 +474,8 @@ SequencePrediction fitted_rollout(EnsembleEvaluator& evaluator, const Ensemble& 
     for (int m = 0; m < ensemble.members(); ++m) {
       Eigen::Matrix3Xd e = eta.col(m), v = nu.col(m);
       evaluator.step(m, Integrator::euler, samples.dt_s, samples.actuators.col(range.begin + k),
-                     samples.true_wind.col(range.begin + k), e, v, samples.t_s(range.begin + k));
+                     samples.true_wind.col(range.begin + k), e, v,
+                     Eigen::RowVectorXd::Constant(1, samples.t_s(range.begin + k)));
       eta.col(m) = e;
       nu.col(m) = v;
     }

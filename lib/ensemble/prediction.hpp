@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,13 +29,18 @@ class Ensemble {
   /// What the user should know: members that were trained on different kernels.
   std::vector<std::string> notices() const;
   const RolloutConstants<float>& constants(int member) const { return *constants_[static_cast<std::size_t>(member)]; }
+  const void* dynamics(int member) const { return dynamics_[static_cast<std::size_t>(member)].get(); }
+  const void* initial_state(int member) const { return initial_state_[static_cast<std::size_t>(member)].get(); }
 
  private:
+  void prepare(const Member& member);
+
   EnsembleHeader header_;
   const nn::Kernels<float>* kernels_;
   std::shared_ptr<const BaseModel> base_;
   std::vector<Member> members_;
   std::vector<std::unique_ptr<RolloutConstants<float>>> constants_;
+  std::vector<nn::PackedNetwork<float>> dynamics_, initial_state_;
 };
 
 /// Evaluates members for one thread.
@@ -42,18 +48,20 @@ class EnsembleEvaluator {
  public:
   explicit EnsembleEvaluator(const Ensemble& ensemble);
 
-  /// (u', v_m' [m/s^2], r' [rad/s^2]) of one member's network for states side by side that share actuators and true
-  /// wind; where there is a base model, what comes on top of it.
+  /// (u', v_m' [m/s^2], r' [rad/s^2]) of one member's network for states side by side; where there is a base model,
+  /// what comes on top of it. `actuators` and `true_wind` have one column for all states, or one for each.
   ///   eta (x0, y0 [m], psi [rad]); nu (u, v_m [m/s], r [rad/s]); actuators in the order of
   ///   header().inputs.sampled_actuators()
   Eigen::Matrix3Xd accelerations(int member, const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd& nu,
-                                 const Eigen::Ref<const Eigen::MatrixXd>& actuators, const Vec2<double>& true_wind);
+                                 const Eigen::Ref<const Eigen::MatrixXd>& actuators,
+                                 const Eigen::Ref<const Eigen::Matrix2Xd>& true_wind);
 
-  /// One step of the equations of motion with the inputs held. `actuators` has one column, or one for each state. With
+  /// One step of the equations of motion with the inputs held. A state's numbers do not depend on those beside it. With
   /// a base model Euler is the step of the training: the network's part by Euler, that of the base by Runge-Kutta.
-  ///   t_s  at the step's start, for a base model with effects that change with time
+  ///   t_s  at the step's start, for a base model with effects that change with time: one for all, or one for each
   void step(int member, Integrator integrator, double dt_s, const Eigen::Ref<const Eigen::MatrixXd>& actuators,
-            const Vec2<double>& true_wind, Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu, double t_s = 0.0);
+            const Eigen::Ref<const Eigen::Matrix2Xd>& true_wind, Eigen::Matrix3Xd& eta, Eigen::Matrix3Xd& nu,
+            const Eigen::Ref<const Eigen::RowVectorXd>& t_s = Eigen::RowVectorXd::Zero(1));
 
   /// The member's estimate of the state at the range's first point from its first initial_state_steps observations;
   /// the observed state where there is no initial-state network or the range is shorter.
@@ -87,8 +95,23 @@ struct SequencePrediction {
   double first_out_of_bounds_s = 0.0;
 };
 
-/// Propagates particles through one sequence from its recorded state at the first point. Random numbers depend on the
-/// seed, the recording's name and the sequence number alone. Throws NumericalError if a state is no finite number.
+/// A sequence of a recording that is to be predicted.
+struct SequenceTask {
+  const Samples* samples;
+  Range range;
+  std::size_t sequence;  ///< number within the recording
+};
+
+/// Propagates particles through sequences from their recorded states at the first points. A member is evaluated for all
+/// sequences together: TS-infinity by member through time, TS1 by member at each step. The result for a sequence does
+/// not depend on the others; its random numbers depend on the seed, the recording's name and the sequence number alone.
+/// Throws NumericalError if a state is no finite number.
+///   tasks  with the same time step
+std::vector<SequencePrediction> predict_sequences(EnsembleEvaluator& evaluator, const Ensemble& ensemble,
+                                                  std::span<const SequenceTask> tasks,
+                                                  const PredictionOptions& options);
+
+/// The same for one sequence.
 SequencePrediction predict_sequence(EnsembleEvaluator& evaluator, const Ensemble& ensemble, const Samples& samples,
                                     Range range, std::size_t sequence, const PredictionOptions& options);
 

@@ -9,6 +9,8 @@
 namespace leeway::ensemble {
 namespace {
 
+constexpr std::size_t kStatesTogether = 1'000'000;  // of all particles at all points, for each thread
+
 void write_sequence(const SequenceTask& task, const SequencePrediction& prediction, io::PredictionWriter& writer) {
   io::PredictionRow row;
   row.recording = task.samples->recording;
@@ -36,26 +38,37 @@ std::vector<SequenceTask> sequences_of(const std::vector<Samples>& stretches, Ei
   return tasks;
 }
 
-void write_predictions(const std::vector<SequenceTask>& tasks, std::size_t jobs,
+void write_predictions(const std::vector<SequenceTask>& tasks, std::size_t particles, std::size_t jobs,
                        const std::function<SequencePredictor()>& make_predictor, io::PredictionWriter& writer,
                        PredictionReport& report) {
   const std::size_t threads = std::max<std::size_t>(1, std::min(jobs, tasks.size()));
+  std::size_t longest = 1;
+  for (const SequenceTask& task : tasks) longest = std::max(longest, static_cast<std::size_t>(task.range.size));
+  // Sequences that a thread predicts together: the more, the better the members' networks are used.
+  const std::size_t together = std::clamp<std::size_t>(
+      kStatesTogether / (particles * longest), 1, std::max<std::size_t>(1, (tasks.size() + threads - 1) / threads));
   std::vector<SequencePredictor> predictors;
   for (std::size_t i = 0; i < threads; ++i) predictors.push_back(make_predictor());
-  for (std::size_t begin = 0; begin < tasks.size(); begin += threads) {
-    const std::size_t n = std::min(threads, tasks.size() - begin);
-    std::vector<SequencePrediction> block(n);
-    parallel_for(n, n, [&](std::size_t i) { block[i] = predictors[i](tasks[begin + i]); });
-    for (std::size_t i = 0; i < n; ++i) {
-      write_sequence(tasks[begin + i], block[i], writer);
-      if (block[i].out_of_bounds == 0) continue;
-      report.out_of_bounds += block[i].out_of_bounds;
-      report.notices.push_back(fmt::format(
-          "{}: sequence {}: {} particles left ten times the range of the training data, the first at t = {} s; they "
-          "stay in the prediction",
-          tasks[begin + i].samples->recording, tasks[begin + i].sequence, block[i].out_of_bounds,
-          block[i].first_out_of_bounds_s));
-    }
+  for (std::size_t begin = 0; begin < tasks.size(); begin += threads * together) {
+    const std::span<const SequenceTask> left = std::span(tasks).subspan(begin);
+    const std::size_t n = std::min(threads, (left.size() + together - 1) / together);
+    std::vector<std::vector<SequencePrediction>> block(n);
+    const auto part = [&](std::size_t i) {
+      return left.subspan(i * together, std::min(together, left.size() - i * together));
+    };
+    parallel_for(n, n, [&](std::size_t i) { block[i] = predictors[i](part(i)); });
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < block[i].size(); ++j) {
+        const SequenceTask& task = part(i)[j];
+        const SequencePrediction& prediction = block[i][j];
+        write_sequence(task, prediction, writer);
+        if (prediction.out_of_bounds == 0) continue;
+        report.out_of_bounds += prediction.out_of_bounds;
+        report.notices.push_back(fmt::format(
+            "{}: sequence {}: {} particles left ten times the range of the training data, the first at t = {} s; they "
+            "stay in the prediction",
+            task.samples->recording, task.sequence, prediction.out_of_bounds, prediction.first_out_of_bounds_s));
+      }
   }
   report.sequences += tasks.size();
 }

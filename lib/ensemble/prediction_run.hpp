@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,13 +9,6 @@
 #include "io/prediction_csv.hpp"
 
 namespace leeway::ensemble {
-
-/// A sequence of a recording that is to be predicted.
-struct SequenceTask {
-  const Samples* samples;
-  Range range;
-  std::size_t sequence;  ///< number within the recording
-};
 
 /// The K-point test sequences of a recording's stretches, numbered through; or its training windows.
 std::vector<SequenceTask> sequences_of(const std::vector<Samples>& stretches, Eigen::Index K, bool training_windows);
@@ -26,12 +20,14 @@ struct PredictionReport {
   std::vector<std::string> notices;
 };
 
-/// Predicts one sequence for a thread of its own.
-using SequencePredictor = std::function<SequencePrediction(const SequenceTask&)>;
+/// Predicts sequences together, for a thread of its own.
+using SequencePredictor = std::function<std::vector<SequencePrediction>(std::span<const SequenceTask>)>;
 
-/// Predicts all tasks on `jobs` threads and writes the rows in order; memory holds a few sequences at a time.
+/// Predicts all tasks on `jobs` threads and writes the rows in order; memory holds a few sequences at a time, for each
+/// thread a million states of particles or one sequence.
+///   particles       of a sequence
 ///   make_predictor  called once for each thread
-void write_predictions(const std::vector<SequenceTask>& tasks, std::size_t jobs,
+void write_predictions(const std::vector<SequenceTask>& tasks, std::size_t particles, std::size_t jobs,
                        const std::function<SequencePredictor()>& make_predictor, io::PredictionWriter& writer,
                        PredictionReport& report);
 

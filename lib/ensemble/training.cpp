@@ -19,8 +19,8 @@ void standardize_outputs(Member& member, const nn::Kernels<float>& kernels, Rand
   nn::AlignedVector<float> inputs(width * kStandardizationInputs), outputs(std::size_t{3} * kStandardizationInputs);
   for (float& x : inputs) x = static_cast<float>(random.normal());
   const nn::KernelWorkspace<float> workspace(kernels);
-  kernels.forward(workspace.get(), member.dynamics, member.parameters.data(), inputs.data(), kStandardizationInputs,
-                  outputs.data());
+  const nn::PackedNetwork<float> network(kernels, member.dynamics, member.parameters.data());
+  kernels.forward(workspace.get(), network.get(), inputs.data(), kStandardizationInputs, outputs.data());
   for (std::size_t i = 0; i < 3; ++i) {
     double mean = 0.0, square = 0.0;
     for (std::size_t n = 0; n < kStandardizationInputs; ++n) mean += outputs[3 * n + i] / kStandardizationInputs;

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#ifdef __linux__
+#include <sys/syscall.h>
+#include <unistd.h>
+#endif
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,6 +26,32 @@ const Kernels<float>& kernels_float();
 namespace avx512 {
 const Kernels<float>& kernels_float();
 }
+namespace amx {
+const Kernels<float>& kernels_float();
+}
+#endif
+
+#ifdef LEEWAY_X86_KERNELS
+namespace {
+
+bool has_avx512() {
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+         __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
+}
+
+// Linux gives the tiles to a process that asks for them, and to the threads that it starts afterwards.
+bool has_amx() {
+#ifdef __linux__
+  constexpr long kRequestPermission = 0x1023, kTileData = 18;  // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA
+  static const bool has = has_avx512() && __builtin_cpu_supports("amx-tile") && __builtin_cpu_supports("amx-bf16") &&
+                          syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
+  return has;
+#else
+  return false;
+#endif
+}
+
+}  // namespace
 #endif
 
 int layer_count(const NetworkShape& shape) { return shape.hidden_layers + 1; }
@@ -55,9 +85,8 @@ AlignedVector<float> initial_parameters(const NetworkShape& shape, RandomStream&
 std::vector<std::string> available_kernels() {
   std::vector<std::string> names;
 #ifdef LEEWAY_X86_KERNELS
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512vl"))
-    names.emplace_back("avx512");
+  if (has_avx512()) names.emplace_back("avx512");
+  if (has_amx()) names.emplace_back("amx");
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) names.emplace_back("avx2");
 #endif
   names.emplace_back("portable");
@@ -71,6 +100,7 @@ const Kernels<float>& kernels(std::string_view name) {
     throw UsageError(fmt::format("kernel '{}' is unknown or not available on this processor; available: {}", name,
                                  fmt::join(available, ", ")));
 #ifdef LEEWAY_X86_KERNELS
+  if (name == "amx") return amx::kernels_float();
   if (name == "avx512") return avx512::kernels_float();
   if (name == "avx2") return avx2::kernels_float();
 #endif

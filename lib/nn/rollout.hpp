@@ -70,9 +70,10 @@ struct RolloutModel {
 template <typename S>
 struct BaseRates {
   const void* object = nullptr;
-  /// For the windows at point `step`, in nu [windows][3] and psi [windows]: rates [windows][4] and their derivatives
-  /// [windows][4][4], that of rate i by state j at [j][i].
-  void (*evaluate)(const void* object, int step, const S* nu, const S* psi, S* rates, S* derivatives) = nullptr;
+  /// For `n` windows from `first` on at point `step`, in nu [n][3] and psi [n]: rates [n][4] and their derivatives
+  /// [n][4][4], that of rate i by state j at [j][i].
+  void (*evaluate)(const void* object, int step, int first, int n, const S* nu, const S* psi, S* rates,
+                   S* derivatives) = nullptr;
 };
 
 /// Windows side by side. Blocks of one point follow each other; inside a block the windows are columns.
@@ -94,32 +95,38 @@ struct AdamSettings {
   double learning_rate = 1e-4, beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
 };
 
-/// One implementation of the hot loops. All arrays are to be AlignedVectors.
+/// One implementation of the hot loops. What a kernel computes for a window or a column does not depend on what stands
+/// beside it; gradients are sums over a batch in the order of the batch.
 template <typename S>
 struct Kernels {
   std::string_view name;
   void* (*make_workspace)();
   void (*free_workspace)(void*);
+  /// The weights of a network, packed for evaluation; threads may share it.
+  void* (*make_network)(const NetworkShape&, const S* parameters);
+  void (*free_network)(void*);
   /// Loss and its gradient by backpropagation through time. `parameters` and `gradient` hold the dynamics network,
   /// then the initial-state network.
   double (*loss_and_gradient)(void* workspace, const RolloutModel<S>&, const RolloutBatch<S>&, const S* parameters,
                               S* gradient);
   /// accelerations [n][3] of raw inputs [n][dynamics.inputs].
-  void (*accelerations)(void* workspace, const RolloutModel<S>&, const S* parameters, const S* inputs, int n,
+  void (*accelerations)(void* workspace, const RolloutModel<S>&, const void* dynamics, const S* inputs, int n,
                         S* accelerations);
   /// outputs [n][shape.outputs] of a plain network for inputs [n][shape.inputs].
-  void (*forward)(void* workspace, const NetworkShape&, const S* parameters, const S* inputs, int n, S* outputs);
+  void (*forward)(void* workspace, const void* network, const S* inputs, int n, S* outputs);
   /// Adam's update number `step` (from 1) of n parameters with moments m and v.
   void (*adam)(const AdamSettings&, long step, std::size_t n, const S* gradient, S* parameters, S* m, S* v);
+  /// The hidden units' function, for measuring its error.
+  void (*tanh)(const S* x, std::size_t n, S* result);
   /// Nothing but multiply-adds in registers, for measuring what the processor can do; returns their number of floating
   /// point operations.
   double (*multiply_adds)(long repeats);
 };
 
-/// The kernels that this processor can run, fastest first: avx512, avx2, portable.
+/// The kernels that this processor can run: avx512, amx, avx2, portable; "auto" is the first of them.
 std::vector<std::string> available_kernels();
 
-/// Kernels by name, "auto" for the fastest. Throws UsageError for one that is unknown or that the processor lacks.
+/// Kernels by name, "auto" for the first. Throws UsageError for one that is unknown or that the processor lacks.
 const Kernels<float>& kernels(std::string_view name = "auto");
 
 /// The portable kernels in double precision, for checking gradients.
@@ -131,6 +138,18 @@ class KernelWorkspace {
  public:
   explicit KernelWorkspace(const Kernels<S>& kernels) : memory_(kernels.make_workspace(), kernels.free_workspace) {}
   void* get() const { return memory_.get(); }
+
+ private:
+  std::unique_ptr<void, void (*)(void*)> memory_;
+};
+
+/// Owns the packed weights of a network; independent of the parameters that it was made of.
+template <typename S>
+class PackedNetwork {
+ public:
+  PackedNetwork(const Kernels<S>& kernels, const NetworkShape& shape, const S* parameters)
+      : memory_(kernels.make_network(shape, parameters), kernels.free_network) {}
+  const void* get() const { return memory_.get(); }
 
  private:
   std::unique_ptr<void, void (*)(void*)> memory_;

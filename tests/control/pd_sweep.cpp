@@ -94,6 +94,22 @@ TEST_CASE("gain sweep: mean, worst and best are those of the particles", "[contr
   CHECK(result.score_mean > result.score_best);
 }
 
+TEST_CASE("gain sweep: gains beside each other and any number of jobs give the bits of each gain alone", "[control]") {
+  std::vector<PdGains> gains;
+  for (int i = 0; i < 7; ++i) gains.push_back({20.0 + 7.0 * i, 15.0 + 3.0 * i});
+  const ensemble::Ensemble ensemble = small_ensemble();
+  const Ship ship = read_ship("vectwin-3m");
+  HeadingTask task;
+  task.duration_s = 20.0;
+  const std::vector<SweepResult> one = pd_sweep(ship, ensemble, gains, task, 50, 1, 1, false);
+  const std::vector<SweepResult> two = pd_sweep(ship, ensemble, gains, task, 50, 1, 2, false);
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    CHECK(one[i].score_true == two[i].score_true);
+    CHECK(one[i].score_members == two[i].score_members);
+    CHECK(one[i].score_members == pd_sweep(ship, ensemble, {gains[i]}, task, 50, 1, 1, false).front().score_members);
+  }
+}
+
 TEST_CASE("gain sweep: ranges include both ends", "[control]") {
   CHECK(parse_gain_range("--kp", "5:100:5").size() == 20);
   CHECK(parse_gain_range("--kp", "0.1:0.3:0.1").size() == 3);

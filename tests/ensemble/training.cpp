@@ -141,8 +141,8 @@ TEST_CASE("training: outputs are standardized at initialization", "[ensemble]") 
   constexpr int n = 20000;
   nn::AlignedVector<float> inputs(8 * n), outputs(3 * n);
   for (float& x : inputs) x = static_cast<float>(random.normal());
-  nn::kernels().forward(workspace.get(), state.member.dynamics, state.member.parameters.data(), inputs.data(), n,
-                        outputs.data());
+  const nn::PackedNetwork<float> network(nn::kernels(), state.member.dynamics, state.member.parameters.data());
+  nn::kernels().forward(workspace.get(), network.get(), inputs.data(), n, outputs.data());
   for (std::size_t i = 0; i < 3; ++i) {
     double mean = 0.0, square = 0.0;
     for (std::size_t k = 0; k < n; ++k) {

@@ -8,6 +8,7 @@
 #include "ensemble/synthetic.hpp"
 #include "ensemble/training.hpp"
 #include "nn/numeric_gradient.hpp"
+#include "nn/reference_kernels.hpp"
 
 using namespace leeway;
 using namespace leeway::ensemble;
@@ -44,6 +45,16 @@ struct Case {
 };
 
 nn::AlignedVector<double> as_double(const nn::AlignedVector<float>& values) { return {values.begin(), values.end()}; }
+
+template <typename A, typename B>
+double relative_difference(const A& values, const B& expected) {
+  double difference = 0.0, norm = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    difference += std::pow(static_cast<double>(values[i]) - static_cast<double>(expected[i]), 2);
+    norm += std::pow(static_cast<double>(expected[i]), 2);
+  }
+  return std::sqrt(difference / norm);
+}
 
 }  // namespace
 
@@ -105,34 +116,72 @@ TEST_CASE("rollout: the loss of a hand-computed case", "[nn]") {
   CHECK_THAT(gradient[parameters.size() - 2], WithinRel(-0.16, 1e-14));
 }
 
-TEST_CASE("rollout: every kernel of this processor gives the double-precision gradient to single precision", "[nn]") {
+TEST_CASE("rollout: every kernel of this processor gives the reference's gradient to 1e-5", "[nn]") {
+  // Units that fill no vector, and batches below, at and above the widths of blocks.
+  const int units = GENERATE(33, 64);
+  const std::size_t windows = GENERATE(as<std::size_t>(), 1, 5, 8, 15, 17, 33, 47);
+  CAPTURE(units, windows);
   TrainingConfig config = small_config();
-  config.hidden_units = 33;
+  config.steps = 40;
+  config.hidden_units = units;
   const Case c(config);
+  std::vector<std::size_t> drawn;
+  for (std::size_t i = 0; i < windows; ++i) drawn.push_back(c.windows[(i * 2) % c.windows.size()]);
   const RolloutConstants<double> exact_constants(c.data.inputs, config, c.state.member);
   WindowBatch<double> exact_batch;
-  exact_batch.assign(c.data, c.windows.data(), c.windows.size());
+  exact_batch.assign(c.data, drawn.data(), drawn.size());
   const nn::AlignedVector<double> parameters = as_double(c.state.member.parameters);
-  nn::AlignedVector<double> exact(parameters.size());
-  const nn::KernelWorkspace<double> exact_workspace(nn::kernels_double());
-  const double exact_loss = nn::kernels_double().loss_and_gradient(exact_workspace.get(), exact_constants.view(),
-                                                                   exact_batch.view(), parameters.data(), exact.data());
-  double norm = 0.0;
-  for (const double g : exact) norm += g * g;
+  nn::AlignedVector<double> exact(parameters.size()), own(parameters.size());
+  const double exact_loss =
+      test::reference_loss_and_gradient(exact_constants.view(), exact_batch.view(), parameters.data(), exact.data());
+  const nn::KernelWorkspace<double> own_workspace(nn::kernels_double());
+  const double own_loss = nn::kernels_double().loss_and_gradient(own_workspace.get(), exact_constants.view(),
+                                                                 exact_batch.view(), parameters.data(), own.data());
+  CHECK_THAT(own_loss, WithinRel(exact_loss, 1e-12));
+  CHECK(relative_difference(own, exact) < 1e-12);
+
+  const RolloutConstants<float> constants(c.data.inputs, config, c.state.member);
+  WindowBatch<float> batch;
+  batch.assign(c.data, drawn.data(), drawn.size());
+  nn::AlignedVector<float> reference(parameters.size()), gradient(parameters.size());
+  test::reference_loss_and_gradient(constants.view(), batch.view(), c.state.member.parameters.data(), reference.data());
   for (const std::string& name : nn::available_kernels()) {
     CAPTURE(name);
     const nn::Kernels<float>& kernels = nn::kernels(name);
-    const RolloutConstants<float> constants(c.data.inputs, config, c.state.member);
-    WindowBatch<float> batch;
-    batch.assign(c.data, c.windows.data(), c.windows.size());
-    nn::AlignedVector<float> gradient(parameters.size());
     const nn::KernelWorkspace<float> workspace(kernels);
     const double loss = kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(),
                                                   c.state.member.parameters.data(), gradient.data());
     CHECK_THAT(loss, WithinRel(exact_loss, 1e-5));
-    double difference = 0.0;
-    for (std::size_t i = 0; i < gradient.size(); ++i) difference += std::pow(gradient[i] - exact[i], 2);
-    CHECK(std::sqrt(difference / norm) < 1e-4);
+    const double tolerance = name == "amx" ? 1e-3 : 1e-5;
+    CHECK(relative_difference(gradient, reference) < tolerance);
+    CHECK(relative_difference(gradient, exact) < tolerance);
+  }
+}
+
+TEST_CASE("network: a column has the same bits whatever stands beside it, and the reference's value", "[nn]") {
+  const nn::NetworkShape shape{7, 3, 37, 5};
+  RandomStream random(3, "test");
+  const nn::AlignedVector<float> parameters = nn::initial_parameters(shape, random);
+  constexpr int most = 131;
+  nn::AlignedVector<float> inputs(7 * most), expected(5 * most), alone(5 * most);
+  for (float& x : inputs) x = static_cast<float>(2.0 * random.normal());
+  test::reference_forward(shape, parameters.data(), inputs.data(), most, expected.data());
+  for (const std::string& name : nn::available_kernels()) {
+    CAPTURE(name);
+    const nn::Kernels<float>& kernels = nn::kernels(name);
+    const nn::KernelWorkspace<float> workspace(kernels);
+    const nn::PackedNetwork<float> network(kernels, shape, parameters.data());
+    for (int i = 0; i < most; ++i)
+      kernels.forward(workspace.get(), network.get(), inputs.data() + 7 * i, 1, alone.data() + 5 * i);
+    double worst = 0.0;
+    for (std::size_t i = 0; i < alone.size(); ++i)
+      worst = std::max(worst, std::abs(static_cast<double>(alone[i]) - expected[i]));
+    CHECK(worst < 1e-6);
+    for (int n = 1; n <= most; n += n < 40 ? 1 : 13) {
+      nn::AlignedVector<float> outputs(5 * static_cast<std::size_t>(n));
+      kernels.forward(workspace.get(), network.get(), inputs.data(), n, outputs.data());
+      if (!std::equal(outputs.begin(), outputs.end(), alone.begin())) FAIL_CHECK("the bits differ at n = " << n);
+    }
   }
 }
 
