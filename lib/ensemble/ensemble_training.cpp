@@ -142,11 +142,11 @@ bool train_ensemble(const TrainingData& data, const EnsembleHeader& header, cons
   std::mutex mutex;
   const TrainingReports one_at_a_time{[&](int member, const MemberProgress& progress) {
                                         const std::lock_guard lock(mutex);
-                                        reports.progress(member, progress);
+                                        if (reports.progress) reports.progress(member, progress);
                                       },
                                       [&](const std::string& warning) {
                                         const std::lock_guard lock(mutex);
-                                        reports.warning(warning);
+                                        if (reports.warning) reports.warning(warning);
                                       }};
   std::atomic<bool> all_done{true};
   parallel_for(training.members.size(), training.jobs, [&](std::size_t i) {

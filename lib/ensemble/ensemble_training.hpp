@@ -20,11 +20,11 @@ struct EnsembleTraining {
   std::function<bool()> stop = nullptr;    ///< asked after every optimizer step; must be safe from several threads
 };
 
-/// What is called from the training threads, one at a time.
+/// What is called from the training threads, one at a time; empty: nothing.
 struct TrainingReports {
   /// After each epoch of a member (and once with what a resumed member already has).
-  std::function<void(int member, const MemberProgress&)> progress;
-  std::function<void(const std::string&)> warning;
+  std::function<void(int member, const MemberProgress&)> progress = nullptr;
+  std::function<void(const std::string&)> warning = nullptr;
 };
 
 /// Trains the members and writes their files; equal members are equal bytes, whatever `jobs`, whether in one process or

@@ -37,7 +37,7 @@ const Ensemble& trained() {
         prepare_training_data({test::synthetic_recording(1, 130), test::synthetic_recording(2, 75)}, config);
     const EnsembleHeader header = make_header(data, 1, {});
     write_header(folder, header, io::Json::object());
-    train_ensemble(data, header, {folder, {0, 1, 2, 3}, false, 100.0, 2}, nn::kernels(), [](int, int, double) {});
+    train_ensemble(data, header, {folder, {0, 1, 2, 3}, false, 100.0, 2}, nn::kernels(), {});
     return Ensemble(folder, 0, nn::kernels());
   }();
   return ensemble;
