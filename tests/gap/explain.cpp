@@ -197,3 +197,19 @@ TEST_CASE("comparison: a few terms stand for what the catalogue does not hold", 
   CHECK(comparison.all()[*with].log_evidence > comparison.none().log_evidence + 10.0);
   CHECK(comparison.all()[*with].gain > 2.0 * comparison.all()[*with].gain_sd);
 }
+
+TEST_CASE("comparison: rudders that are later by less than the samples tell are no hypothesis", "[gap][long]") {
+  const Ship stated = read_ship("esso-osaka-3m");
+  gap::FitOptions options;
+  options.jobs = 2;
+  const auto with = [&](const Ship& truth, const std::string& name) {
+    gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 41, 2, 200.0, 1.0, 0.0}, truth), {});
+    gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+    return comparison.add(0, comparison.starts_with(0, name, {})).has_value();
+  };
+  Ship late = stated;
+  late.effects.push_back(effect("actuator-delay", {{"delay_s", 2.0}}));
+  CHECK(with(late, "actuator-delay"));
+  CHECK_FALSE(with(stated, "actuator-delay"));
+  CHECK_FALSE(with(stated, "actuator-rate"));
+}
