@@ -20,7 +20,8 @@ Ship with_terms() {
 
 }  // namespace
 
-TEST_CASE("learned residual: the same bits for any number of jobs, and about what was left out", "[gap][ensemble]") {
+TEST_CASE("learned residual: the same bits for any number of jobs, and about what was left out",
+          "[gap][ensemble][long]") {
   const Ship stated = read_ship("esso-osaka-3m"), truth = with_terms();
   const std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 21, 3, 200.0, 1.0, 0.0}, truth);
   ensemble::ResidualTraining training;
@@ -50,7 +51,8 @@ TEST_CASE("learned residual: the same bits for any number of jobs, and about wha
   CHECK(left < 0.15 * missing);
 }
 
-TEST_CASE("learned residual: kept where it predicts what was left out better, not where nothing is missing", "[gap]") {
+TEST_CASE("learned residual: kept where it predicts what was left out better, not where nothing is missing",
+          "[gap][long]") {
   const Ship stated = read_ship("esso-osaka-3m");
   const auto learned = [&](const Ship& truth) {
     gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 22, 3, 200.0, 1.0, 0.0}, truth), {});
