@@ -24,8 +24,8 @@ std::string training_status_text(const std::string& folder, const ensemble::Trai
                                  "held-out", "left", "process");
   std::string counts;
   for (const auto& [state, name] : kStates) {
-    const auto count =
-        std::count_if(status.members.begin(), status.members.end(), [&](const auto& m) { return m.state == state; });
+    const auto count = std::count_if(status.members.begin(), status.members.end(),
+                                     [wanted = state](const auto& m) { return m.state == wanted; });
     if (count > 0) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, name);
     for (const ensemble::MemberStatus& m : status.members) {
       if (m.state != state) continue;

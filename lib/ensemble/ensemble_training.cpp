@@ -161,10 +161,8 @@ bool train_ensemble(const TrainingData& data, const EnsembleHeader& header, cons
       one_at_a_time.progress(number, {header.config.epochs, done.training_curve.back(), {}, {}});
       return;
     }
-    if (training.stop && training.stop())
-      all_done = false;
-    else if (!MemberTraining(data, header, training, kernels, one_at_a_time, number).run())
-      all_done = false;
+    const bool stops = training.stop && training.stop();
+    if (stops || !MemberTraining(data, header, training, kernels, one_at_a_time, number).run()) all_done = false;
   });
   return all_done;
 }

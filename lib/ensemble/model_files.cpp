@@ -125,6 +125,7 @@ void network_from_json(const FloatJson& layers, const nn::NetworkShape& shape, n
 template <std::size_t n>
 std::vector<std::string> exact(const std::array<double, n>& values) {
   std::vector<std::string> texts;
+  texts.reserve(n);
   for (const double value : values) texts.push_back(fmt::format("{}", value));
   return texts;
 }

@@ -68,6 +68,7 @@ Eigen::VectorXd widths(const FittedNull& fit, double tolerance) {
 
 std::vector<Eigen::VectorXd> tolerances(const FittedNull& fit) {
   std::vector<Eigen::VectorXd> result;
+  result.reserve(kTolerances.size());
   for (const double tolerance : kTolerances) result.push_back(widths(fit, tolerance));
   return result;
 }
@@ -417,8 +418,10 @@ bool Comparison::is_between_samples(const Fitted& fitted) const {
     const RecordedInputs& recorded = campaign_.recorded_inputs[stretch.recording];
     const RecordedInputs as_is = recorded.through(own), with = recorded.through(response),
                          later = recorded.through(late);
-    const double step_s = 0.25 * std::min(stretch.sample_s, stretch.dt_s(0));
-    for (double t = stretch.t_s.front(); t < stretch.t_s.back(); t += step_s) {
+    const double from_s = stretch.t_s.front(), duration_s = stretch.t_s.back() - from_s;
+    const auto n = static_cast<int>(4.0 * duration_s / std::min(stretch.sample_s, stretch.dt_s(0)));
+    for (int i = 0; i < n; ++i) {
+      const double t = from_s + duration_s * i / n;
       const Actuators<double> a = as_is.at(t).actuators, b = with.at(t).actuators, c = later.at(t).actuators;
       for (const Channel channel : recorded.channels())
         if (info(channel).quantity == Quantity::angle) {
@@ -480,11 +483,10 @@ std::vector<double> Comparison::probabilities() const {
   for (double& x : result) sum += x = std::exp(x - largest);
   // Single effects that promised too little to be fitted share in it as well.
   for (const auto& [effect, gain] : screened_) {
-    const bool is_fitted = std::any_of(all_.begin(), all_.end(), [&](const Fitted& fitted) {
-      return fitted.hypothesis.names() == std::vector<std::string>{effect};
-    });
-    if (is_fitted) continue;
     const Hypothesis alone{{FreeEffect(effect, campaign_.ship)}};
+    if (std::any_of(all_.begin(), all_.end(),
+                    [&](const Fitted& fitted) { return fitted.hypothesis.names() == alone.names(); }))
+      continue;
     // One linear step exaggerates: a promise alone makes nothing likelier than nothing missing.
     sum += std::exp(tempered(std::min(gain, 0.0) + log_prior(alone) - log_prior({}), alone) - largest);
   }

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#ifdef LEEWAY_X86_KERNELS
+#include <cpuid.h>
+#endif
 #ifdef __linux__
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -39,12 +42,19 @@ bool has_avx512() {
          __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
 }
 
+// Leaf 7 of the processor's description; not every compiler knows the names of these features.
+bool has_tiles_for_bf16() {
+  constexpr unsigned kBf16 = 1u << 22, kTiles = 1u << 24;
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  return __get_cpuid_count(7, 0, &a, &b, &c, &d) != 0 && (d & kBf16) != 0 && (d & kTiles) != 0;
+}
+
 // Linux gives the tiles to a process that asks for them, and to the threads that it starts afterwards.
 bool has_amx() {
 #ifdef __linux__
   constexpr long kRequestPermission = 0x1023, kTileData = 18;  // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA
-  static const bool has = has_avx512() && __builtin_cpu_supports("amx-tile") && __builtin_cpu_supports("amx-bf16") &&
-                          syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
+  static const bool has =
+      has_avx512() && has_tiles_for_bf16() && syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
   return has;
 #else
   return false;
