@@ -28,7 +28,6 @@ constexpr double kPossible = 0.01;         // probability that is worth a word
 constexpr double kUnexplained = 0.5;       // of the model error's energy that what is named must take away
 constexpr double kStrong = 5.7;            // nats of posterior odds: then the p-value is not asked
 constexpr double kOfPlaces = 5.0;     // nats for a residual that depends on the position: walls and lines are tried
-constexpr double kWorthIt = 0.05;     // by which coefficients must lower the mean logarithm of free runs' errors
 constexpr double kSameFactor = 1e-3;  // of a coefficient: what is nearer to 1 is not written down
 constexpr double kNegligible = 0.05;  // of the evidence of what is named: what is left is not worth a word
 
@@ -406,9 +405,10 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   const Blocks blocks = blocks_of(campaign, answer.fit, answer.fit.noise, {0, nullptr}, jobs);
   const Evidence total = blocks.total();
   std::vector<Eigen::VectorXd> theta_of_fold;
+  std::vector<std::vector<Run>> left_out;
   std::vector<ShipOnRuns> as_stated, alone, with_coefficients;
   for (const std::vector<std::size_t>& fold : comparison.folds()) {
-    const std::vector<Run> runs = runs_of(campaign, blocks, fold);
+    const std::vector<Run>& runs = left_out.emplace_back(runs_of(campaign, blocks, fold));
     const Eigen::VectorXd& theta = theta_of_fold.emplace_back(refitted(answer.fit, without(total, blocks, fold)));
     as_stated.push_back({ship, runs});
     for (ShipOnRuns& one :
@@ -420,16 +420,14 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     }
   }
   const std::vector<Smoothed>& starts = investigation.null.smoothed;
-  const bool takes_coefficients = log_error(free_runs(campaign, starts, with_coefficients, jobs)) <
-                                  log_error(free_runs(campaign, starts, alone, jobs)) - kWorthIt;
+  const Scores of_alone = free_runs(campaign, starts, alone, jobs),
+               of_coefficients = free_runs(campaign, starts, with_coefficients, jobs);
+  const bool takes_coefficients = log_error(of_coefficients) < log_error(of_alone) - kWorthIt;
   if (takes_coefficients) explanation.coefficient_factors = factors_of(answer.fit, answer.fit.theta);
   with.multiply(explanation.coefficient_factors);
   LearnedResidual learned;
   if (std::find(explanation.chosen.begin(), explanation.chosen.end(), "unknown") != explanation.chosen.end()) {
     progress(0.89, "a network for what is left");
-    std::vector<std::vector<Run>> left_out;
-    for (const std::vector<std::size_t>& fold : comparison.folds())
-      left_out.push_back(runs_of(campaign, comparison.blocks(), fold));
     if (answer.hypothesis.differs())
       learned.problem = "what is named differs between recordings";
     else if (ship.residual_network)
@@ -502,7 +500,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     };
     for (std::size_t f = 0; f < comparison.folds().size(); ++f) {
       const std::vector<std::size_t>& fold = comparison.folds()[f];
-      const std::vector<Run> runs = runs_of(campaign, blocks, fold);
+      const std::vector<Run>& runs = left_out[f];
       cover(all.front().fit, refitted(all.front().fit, without(of_none, comparison.blocks(), fold)), runs,
             innovations_before);
       likelihood_before += all.front().fold_evidence[f];
@@ -522,7 +520,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       for (const std::size_t block : fold) likelihood_after += of_network.evidence[block].log_likelihood;
     }
     explanation.heldout.before = free_runs(campaign, starts, as_stated, jobs);
-    explanation.heldout.after = free_runs(campaign, starts, after, jobs);
+    explanation.heldout.after = learned.network      ? free_runs(campaign, starts, after, jobs)
+                                : takes_coefficients ? of_coefficients
+                                                     : of_alone;
     explanation.heldout.before.coverage = coverage(innovations_before, whole);
     explanation.heldout.after.coverage = coverage(innovations_after, whole);
     explanation.tracks_before = free_tracks(campaign, starts, as_stated);

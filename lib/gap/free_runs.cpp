@@ -135,6 +135,14 @@ Scores free_runs(const Campaign& campaign, const std::vector<Smoothed>& starts, 
   return scores;
 }
 
+double log_error(const Scores& scores) {
+  double sum = 0.0, n = 0.0;
+  for (const auto& [horizon_s, score] : scores.free_runs)
+    for (const double error : {score.rmse_u_mps, score.rmse_vm_mps, score.rmse_r_degps, score.rmse_position_m})
+      if (!std::isnan(error)) sum += std::log(std::max(error, 1e-12)), n += 1.0;
+  return n > 0.0 ? sum / n : kMissing;
+}
+
 std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<Smoothed>& starts,
                                    const std::vector<ShipOnRuns>& ships) {
   std::vector<FreeTrack> tracks(campaign.recordings.size());

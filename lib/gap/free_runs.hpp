@@ -26,6 +26,11 @@ struct ShipOnRuns {
 Scores free_runs(const Campaign& campaign, const std::vector<Smoothed>& starts, const std::vector<ShipOnRuns>& ships,
                  std::size_t jobs);
 
+/// Mean logarithm of the errors of free runs in their units, over channels and lengths.
+double log_error(const Scores& scores);
+/// By which it must fall over what was left out, for something learned to be kept.
+inline constexpr double kWorthIt = 0.05;
+
 /// Positions along free runs of kShownHorizon_s, by recording; a row of NaN stands between two runs. Recordings without
 /// positions have none.
 std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<Smoothed>& starts,

@@ -9,8 +9,6 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kWorthIt = 0.05;  // by which the mean logarithm of the errors must fall
-
 // The recordings without what lies in some runs.
 std::vector<Trajectory> without(const Campaign& campaign, const std::vector<Run>& runs) {
   std::vector<Trajectory> rest = campaign.recordings;
@@ -31,14 +29,6 @@ std::vector<Trajectory> without(const Campaign& campaign, const std::vector<Run>
 }
 
 }  // namespace
-
-double log_error(const Scores& scores) {
-  double sum = 0.0, n = 0.0;
-  for (const auto& [horizon_s, score] : scores.free_runs)
-    for (const double error : {score.rmse_u_mps, score.rmse_vm_mps, score.rmse_r_degps, score.rmse_position_m})
-      if (!std::isnan(error)) sum += std::log(std::max(error, 1e-12)), n += 1.0;
-  return n > 0.0 ? sum / n : kMissing;
-}
 
 LearnedResidual learn_residual(const Campaign& campaign, const std::vector<Smoothed>& starts, const Ship& ship,
                                const std::vector<std::vector<Run>>& folds, const Noise& noise, std::uint64_t seed,

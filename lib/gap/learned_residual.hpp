@@ -24,7 +24,4 @@ LearnedResidual learn_residual(const Campaign& campaign, const std::vector<Smoot
                                const std::vector<std::vector<Run>>& folds, const Noise& noise, std::uint64_t seed,
                                std::size_t jobs);
 
-/// Mean logarithm of the errors of free runs in their units, over channels and lengths.
-double log_error(const Scores& scores);
-
 }  // namespace leeway::gap
