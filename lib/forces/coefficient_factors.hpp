@@ -135,6 +135,7 @@ void for_each_coefficient(Inertia<T>& inertia, ForceModules<T>& modules, const V
           one("rudder.gamma_R_positive", 0.2, c.gamma_R_positive);
         }
         one("rudder.gain_35deg", 0.2, rudder.shape.k_35);
+        one("rudder.gain_90deg", 0.2, rudder.shape.k_90);
       },
       modules.rudder);
 

@@ -26,13 +26,16 @@ template <typename T>
 struct NormalForceShape {
   static constexpr double kSine35 = 0.57357643635104609;  // sin 35 deg
 
-  T k_35 = T(1.0);  ///< factor at an angle of 35 deg; in between it goes with the sine, at 0 it is 1
+  T k_35 = T(1.0);  ///< factor at an angle of 35 deg; from 0, where it is 1, it goes with the sine
+  T k_90 = T(1.0);  ///< further factor across the flow; from 35 deg, where it is 1, it goes with the sine
   std::optional<StallLoss<T>> stall;
 
   /// along, across: the flow's parts along the chord and across it; speed > 0: the root of the sum of their squares.
   T factor(const T& along, const T& across, const T& speed) const {
     using std::abs;
-    T k = 1.0 + (k_35 - 1.0) * (abs(across) / (kSine35 * speed));
+    const T sine = abs(across) / speed;
+    T k = 1.0 + (k_35 - 1.0) * (sine / kSine35);
+    if (sine > T(kSine35)) k *= 1.0 + (k_90 - 1.0) * ((sine - kSine35) / (1.0 - kSine35));
     if (stall) k *= stall->factor(along, across);
     return k;
   }

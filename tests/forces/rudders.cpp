@@ -100,3 +100,18 @@ TEST_CASE("VecTwin rudders: the normal force steps by less than 2 % at 37.5 deg"
   CHECK(largest > 0.001);
   CHECK(largest < 0.03);  // 1.8 % for C_N, and the change of the port rudder's share
 }
+
+TEST_CASE("rudders: what large angles give has two degrees of freedom, whichever way the flow comes",
+          "[forces][rudder]") {
+  const NormalForceShape<double> shape{.k_35 = 1.1, .k_90 = 0.8, .stall = std::nullopt};
+  const auto factor = [&](double angle_deg) {
+    const double a = deg_to_rad(angle_deg);
+    return shape.factor(0.5 * std::cos(a), 0.5 * std::sin(a), 0.5);
+  };
+  CHECK(factor(0.0) == 1.0);
+  CHECK_THAT(factor(35.0), WithinRel(1.1, 1e-12));
+  CHECK_THAT(factor(90.0), WithinRel((1.0 + 0.1 / std::sin(deg_to_rad(35.0))) * 0.8, 1e-12));
+  CHECK_THAT(factor(-60.0), WithinRel(factor(60.0), 1e-12));
+  CHECK_THAT(factor(120.0), WithinRel(factor(60.0), 1e-12));
+  CHECK_THAT(factor(35.001), WithinRel(factor(34.999), 1e-4));
+}
