@@ -100,14 +100,16 @@ double log_ways(std::size_t of, std::size_t count) {
 }
 
 // ln of what is believed before: none 1/5, one effect 2/5, two 1/5, three 1/10, ...; all sets of a size alike, and all
-// sets of terms.
+// sets of terms, all intervals.
 double log_prior(const Hypothesis& hypothesis) {
   const std::size_t effects = hypothesis.names().size();
   double result = -std::log(5.0) - log_ways(effect_catalogue().size(), effects);
   if (effects > 0) result -= (static_cast<double>(effects) - 2.0) * std::log(2.0);
-  for (const FreeEffect& effect : hypothesis.effects)
+  for (const FreeEffect& effect : hypothesis.effects) {
+    result -= effect.log_ways();
     if (effect.name() == "unknown")
       result -= log_ways(effect_named("unknown").parameters.size(), static_cast<std::size_t>(effect.size()));
+  }
   return result;
 }
 

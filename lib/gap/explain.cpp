@@ -130,6 +130,7 @@ FreeEffect::Choice tug_in(const Interval& interval, const Campaign& campaign) {
   FreeEffect::Choice tug;
   tug.fixed = {{"t_start_s", interval.t_start_s}, {"t_end_s", interval.t_end_s}};
   tug.freed = {"x_m"};
+  tug.log_ways = std::log(static_cast<double>(interval.searched));
   for (std::size_t r = 0; r < campaign.recordings.size() && campaign.recordings.size() > 1; ++r)
     if (campaign.recordings[r].file == interval.file) tug.recording = r;
   return tug;
@@ -293,8 +294,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     return effect == "tug" ? tug_in(findings.located.intervals.front(), campaign) : FreeEffect::Choice();
   };
   // Not the best, but what predicts better what was left out.
-  const bool is_certain =
-      findings.detection.p_value < options.locate.false_alarm || comparison.log_odds(best) > kStrong;
+  const std::vector<double> stated = comparison.probabilities();
+  const bool is_certain = (findings.detection.p_value < options.locate.false_alarm && stated[best] > stated[0]) ||
+                          comparison.log_odds(best) > kStrong;
   std::size_t chosen = is_certain && comparison.holds(best, 0, findings.detection.p_value) ? best : 0;
   double left_p = chosen == 0 ? findings.detection.p_value : 1.0;
   bool is_negligible = false;  // what is left
@@ -374,6 +376,11 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     // Where nothing is missing, odds of so much are no more frequent than that (Markov's inequality).
     explanation.p_value = std::min(explanation.p_value, std::exp(-comparison.log_odds(best)));
   }
+  // Seen, but barely, and nothing missing is the likeliest: neither claimed nor denied.
+  if (chosen == 0 && stated[best] <= stated[0] &&
+      findings.detection.p_value >= options.locate.false_alarm * options.locate.false_alarm &&
+      explanation.verdict == Verdict::mismatch)
+    explanation.verdict = Verdict::undecided;
   if (explanation.verdict == Verdict::mismatch && is_something) {
     const double L = ship.particulars.L_pp;
     const double taken = 1.0 - energy(answer.fit.noise.sigma_w, L) / energy(findings.fit.sigma_w, L);
@@ -422,7 +429,8 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   const std::vector<Smoothed>& starts = investigation.null.smoothed;
   const Scores of_alone = free_runs(campaign, starts, alone, jobs),
                of_coefficients = free_runs(campaign, starts, with_coefficients, jobs);
-  const bool takes_coefficients = log_error(of_coefficients) < log_error(of_alone) - kWorthIt;
+  const bool takes_coefficients = log_error(of_coefficients) < log_error(of_alone) - kWorthIt &&
+                                  is_beyond_chance(campaign, starts, alone, with_coefficients, jobs);
   if (takes_coefficients) explanation.coefficient_factors = factors_of(answer.fit, answer.fit.theta);
   with.multiply(explanation.coefficient_factors);
   LearnedResidual learned;

@@ -143,6 +143,21 @@ double log_error(const Scores& scores) {
   return n > 0.0 ? sum / n : kMissing;
 }
 
+bool is_beyond_chance(const Campaign& campaign, const std::vector<Smoothed>& starts,
+                      const std::vector<ShipOnRuns>& before, const std::vector<ShipOnRuns>& after, std::size_t jobs) {
+  double n = 0.0, sum = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double fall = log_error(free_runs(campaign, starts, {before[i]}, jobs)) -
+                        log_error(free_runs(campaign, starts, {after[i]}, jobs));
+    if (std::isnan(fall)) continue;  // nothing was left out there
+    n += 1.0;
+    sum += fall;
+    square += fall * fall;
+  }
+  // A single part tells nothing of its scatter.
+  return n > 1.0 && sum / n > std::sqrt(std::max(0.0, square / n - sum * sum / (n * n)) / (n - 1.0));
+}
+
 std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<Smoothed>& starts,
                                    const std::vector<ShipOnRuns>& ships) {
   std::vector<FreeTrack> tracks(campaign.recordings.size());

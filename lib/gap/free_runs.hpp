@@ -31,6 +31,12 @@ double log_error(const Scores& scores);
 /// By which it must fall over what was left out, for something learned to be kept.
 inline constexpr double kWorthIt = 0.05;
 
+/// Whether the mean logarithm of the errors falls by more than its standard error from one part that was left out to
+/// the other.
+///   before, after  the same parts in the same order
+bool is_beyond_chance(const Campaign& campaign, const std::vector<Smoothed>& starts,
+                      const std::vector<ShipOnRuns>& before, const std::vector<ShipOnRuns>& after, std::size_t jobs);
+
 /// Positions along free runs of kShownHorizon_s, by recording; a row of NaN stands between two runs. Recordings without
 /// positions have none.
 std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<Smoothed>& starts,

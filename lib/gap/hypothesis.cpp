@@ -31,7 +31,7 @@ double in_circle_deg(double angle_deg) {
 }  // namespace
 
 FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& choice)
-    : name_(name), recording_(choice.recording), towards_deg_(choice.towards_deg) {
+    : name_(name), recording_(choice.recording), log_ways_(choice.log_ways), towards_deg_(choice.towards_deg) {
   parameters_ = effect_named(name).parameters;
   type_ = *find_effect(name);
   const bool is_full_scale = ship.particulars.L_pp > kFullScale_m;

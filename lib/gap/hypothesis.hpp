@@ -30,16 +30,18 @@ class FreeEffect {
     std::vector<std::string> freed;        ///< parameters that do not keep their default
     std::map<std::string, Prior> priors;   ///< of places, which are sought about the tracks
     std::optional<std::size_t> recording;  ///< in which alone it acts
+    double log_ways = 0.0;                 ///< ln of how many others the known parameters were chosen from
   };
   /// Priors are those of the ship's scale. Throws UsageError for an unknown name, EffectNotApplicable if the ship lacks
   /// what the effect needs.
   FreeEffect(std::string_view name, const Ship& ship, const Choice& choice);
   FreeEffect(std::string_view name, const Ship& ship, double towards_deg = 0.0)
-      : FreeEffect(name, ship, Choice{towards_deg, {}, {}, {}, {}}) {}
+      : FreeEffect(name, ship, Choice{towards_deg, {}, {}, {}, {}, 0.0}) {}
 
   const std::string& name() const { return name_; }
   const std::optional<std::size_t>& recording() const { return recording_; }
   Eigen::Index size() const;  ///< coordinates
+  double log_ways() const { return log_ways_; }
   /// Whether it has a direction that is no vector, so that starts around the compass are needed.
   bool has_bare_direction() const;
   /// z at which the effect vanishes; nothing where no finite one does.
@@ -67,6 +69,7 @@ class FreeEffect {
 
   std::string name_;
   std::optional<std::size_t> recording_;
+  double log_ways_;
   std::size_t type_ = 0;
   double towards_deg_ = 0.0;
   std::span<const EffectParameter> parameters_;

@@ -45,7 +45,8 @@ LearnedResidual learn_residual(const Campaign& campaign, const std::vector<Smoot
     }
     result.log_error_without = log_error(free_runs(campaign, starts, plain, jobs));
     result.log_error_with = log_error(free_runs(campaign, starts, with, jobs));
-    if (result.log_error_with < result.log_error_without - kWorthIt)
+    if (result.log_error_with < result.log_error_without - kWorthIt &&
+        is_beyond_chance(campaign, starts, plain, with, jobs))
       result.network = ensemble::learn_residual(ship, campaign.recordings, training);
   } catch (const InputError& error) {
     result.problem = error.what();

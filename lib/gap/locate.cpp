@@ -293,6 +293,7 @@ std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, con
     interval.t_end_s = stretch.t_s[evidence.blocks[run.end - 1].end - 1];
     interval.axis = run.axis;
     interval.p_value = p;
+    interval.searched = runs.runs.size() / 3;  // of one axis
     interval.acceleration = size.cwiseProduct(unit);
     interval.covariance = unit.asDiagonal() * (inverse + inverse * of_parameters * inverse) * unit.asDiagonal();
     intervals.push_back(interval);
