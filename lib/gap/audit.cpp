@@ -32,7 +32,7 @@ constexpr double kLeastTrackNoise_m = 1e-4;  // residuals below are rounding and
 constexpr double kLeastHeadingNoise_rad = 1e-5;
 constexpr std::size_t kFewestWindows = 8, kFewestUnits = 4;
 constexpr std::size_t kMostFaults = 4, kMostAbsorbed = 3;
-constexpr std::size_t kSignFlips = 4000, kResamples = 400;
+constexpr std::size_t kSignFlips = 40000, kResamples = 400;
 
 double huber(double z) {
   const double a = std::abs(z);
@@ -426,7 +426,7 @@ class Fitter {
 // The gain in held-out log-likelihood of one fit over another: mean over the units that have data and standard error.
 struct Gain {
   double mean = 0.0, sd = 0.0, total = 0.0;
-  bool is_certain() const { return mean > 2.0 * sd && mean > 0.0; }
+  bool is_certain(double standard_errors = 2.0) const { return mean > standard_errors * sd && mean > 0.0; }
 };
 
 Gain heldout_gain(const FaultModel& better, const FaultModel& worse) {
@@ -781,6 +781,9 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   const auto is_small = [&](const FaultModel& of, std::size_t place) {
     return by_smallest(fitter, of.members[place], fitter.own_numbers(of, place)) < 1.0;
   };
+  // Standard errors by which a fault must predict better: where the p-value is tiny, one is enough.
+  const double rate = options.false_alarm;
+  const auto needed = [rate](double p_value) { return p_value < rate * rate ? 1.0 : 2.0; };
   for (std::size_t stage = 0, faults = 0, absorbed = 0; faults < kMostFaults && absorbed < kMostAbsorbed; ++stage) {
     const std::vector<FaultModel> tried = search.tried(model);
     if (tried.empty()) break;
@@ -799,7 +802,7 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
                        [](const Fault& a, const Fault& b) { return a.heldout_gain > b.heldout_gain; });
     }
     const std::size_t best = search.best(tried);
-    if (!heldout_gain(tried[best], model).is_certain() || !(p[best] < options.false_alarm)) break;
+    if (!heldout_gain(tried[best], model).is_certain(needed(p[best])) || !(p[best] < options.false_alarm)) break;
     model = tried[best];
     // What is real but too small to matter stays in the model, so that it does not feign another fault.
     ++(is_small(model, model.members.size() - 1) ? absorbed : faults);
@@ -811,8 +814,11 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
     for (std::size_t m = 0; m < model.members.size() && model.members.size() > 1; ++m) {
       const FaultModel base = fitter.without(model, m);
       const std::vector<FaultModel> tried = search.tried(base);
-      const FaultModel& best = tried[search.best(tried)];
-      if (!heldout_gain(best, base).is_certain()) {
+      const std::size_t first = search.best(tried);
+      const FaultModel& best = tried[first];
+      const std::vector<double> p =
+          family_p_values(fitter, base, tried, RandomStream(options.seed, "audit sign flips", 1000 + m));
+      if (!heldout_gain(best, base).is_certain(needed(p[first]))) {
         model = base;
         has_changed = true;
         break;

@@ -279,10 +279,10 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   const bool acts_at_times =
       !findings.located.intervals.empty() && findings.located.intervals.front().p_value < options.locate.false_alarm;
   const bool is_of_places =
-      is_searched && (acts_at_times || std::any_of(findings.located.frames.begin(), findings.located.frames.end(),
-                                                   [](const Frame& frame) {
-                                                     return frame.name == "position" && frame.log_evidence > kOfPlaces;
-                                                   }));
+      is_searched &&
+      (acts_at_times || errs_grossly(findings.fit) ||
+       std::any_of(findings.located.frames.begin(), findings.located.frames.end(),
+                   [](const Frame& frame) { return frame.name == "position" && frame.log_evidence > kOfPlaces; }));
   if (is_of_places) {
     progress(0.73, "banks, fenders, moorings");
     for (const auto& promise : comparison.promises_of_places(0))

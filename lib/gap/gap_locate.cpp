@@ -86,6 +86,9 @@ void judge(Findings& findings, double scan_p_value) {
     d.reason =
         fmt::format("what is left is not white noise (correlation {:.2f}), so that small effects cannot be excluded",
                     d.largest_autocorrelation);
+  } else if (errs_grossly(fit)) {
+    findings.verdict = Verdict::undecided;
+    d.reason = "coefficients had to move far beyond what is stated, and may hide something";
   } else {
     findings.verdict = Verdict::no_mismatch;
     d.reason = "what remains is what parameters within their uncertainty and random model error leave";
