@@ -141,9 +141,9 @@ TEST_CASE("schedule: the keys read back, and a training without them is the trai
     for (const char* key : {"curriculum", "optimizer", "muon_rate_factor"}) CHECK_FALSE(to_json(paper).contains(key));
   }
   const TrainingConfig fast = read_training_config("fast");
-  CHECK(fast.epochs == 500);
-  CHECK(curriculum_stage(fast, 174) == 2);
-  CHECK(curriculum_stage(fast, 175) == 3);
+  CHECK(fast.epochs == 150);
+  CHECK(curriculum_stage(fast, 74) == 2);
+  CHECK(curriculum_stage(fast, 75) == 3);
 
   const auto refused = [](const std::string& text, const std::string& message) {
     CHECK_THROWS_WITH(config_from(text), Contains("config.json: " + message));
