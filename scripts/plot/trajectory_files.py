@@ -298,10 +298,10 @@ def has_required(columns):
     return all(quantity in quantities for quantity in REQUIRED)
 
 
-def read_prediction(table, recording=None, sequence=None):
+def read_prediction(table, recording=None, wanted=None):
     """Name of the recording, and {sequence: {column: (steps, particles)}}, with t_s as (steps,).
 
-    A file of several recordings needs the name of one; without a number all sequences are read.
+    A file of several recordings needs the name of one; without the numbers that are wanted all sequences are read.
     """
     for column in PREDICTION_COLUMNS:
         if column not in table.header:
@@ -319,11 +319,12 @@ def read_prediction(table, recording=None, sequence=None):
     values = table.numbers(columns, rows=rows)
     of_sequence = values[:, columns.index("sequence")]
     sequences = np.unique(of_sequence)
-    if sequence is not None:
-        if sequence not in sequences:
-            known = ", ".join(f"{number:g}" for number in sequences)
-            raise UsageError(f"{table.file}: recording '{recording}' has no sequence {sequence}; it has {known}")
-        sequences = np.array([sequence])
+    if wanted is not None:
+        for number in wanted:
+            if number not in sequences:
+                known = ", ".join(f"{number:g}" for number in sequences)
+                raise UsageError(f"{table.file}: recording '{recording}' has no sequence {number}; it has {known}")
+        sequences = np.array(wanted)
 
     result = {}
     for number in sequences:

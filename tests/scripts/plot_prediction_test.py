@@ -50,6 +50,13 @@ class PlotPrediction(unittest.TestCase):
             self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual((self.path / "a.svg").read_bytes(), (self.path / "b.svg").read_bytes())
 
+    def test_sequences_follow_one_another_in_one_figure(self):
+        done = self.run_script("prediction.csv", "truth.csv", "--sequence", "0,1", "-o", "both.svg")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        drawn = (self.path / "both.svg").read_text(encoding="utf-8")
+        self.assertIn("sequence 0, 1: 3 particles, 19 s", drawn)
+        self.assertIn("start, restart", drawn)
+
     def test_it_reads_foreign_recordings_with_missing_samples_and_without_position(self):
         done = self.run_script("prediction.csv", "foreign.csv", "--columns", "map.json", "-o", "foreign.png")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -57,6 +64,8 @@ class PlotPrediction(unittest.TestCase):
     def test_a_wrong_command_line_is_answered_with_2(self):
         self.assert_answer(2, "must end with .png", "prediction.csv", "truth.csv", "-o", "figure.gif")
         self.assert_answer(2, "it has 0, 1", "prediction.csv", "truth.csv", "--sequence", "7", "-o", "figure.png")
+        self.assert_answer(2, "it has 0, 1", "prediction.csv", "truth.csv", "--sequence", "0,7", "-o", "figure.png")
+        self.assert_answer(2, "a whole number", "prediction.csv", "truth.csv", "--sequence", "0-1", "-o", "figure.png")
         self.assert_answer(2, "it holds run", "prediction.csv", "truth.csv", "--recording", "x", "-o", "figure.png")
         self.assert_answer(2, "shipped: frt-ds-esso", "prediction.csv", "truth.csv", "--columns", "x", "-o", "figure.png")
 
