@@ -25,6 +25,7 @@ constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
 // Of the sampling time: rudders that are later by less are not told from what they do between two samples.
 constexpr double kTellableShare = 0.5;
+constexpr double kKnownAngle = 0.5 * kDegree;  // a rudder's angle is not measured better
 constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may differ
 constexpr std::size_t kTellingTerms = 12;   // of the effect unknown, of which sets are formed
 
@@ -428,7 +429,7 @@ bool Comparison::is_between_samples(const Fitted& fitted) const {
       for (const Channel channel : recorded.channels())
         if (info(channel).quantity == Quantity::angle) {
           moved += std::pow(b[channel] - a[channel], 2);
-          not_known += std::pow(c[channel] - a[channel], 2);
+          not_known += std::max(std::pow(c[channel] - a[channel], 2), kKnownAngle * kKnownAngle);
         }
     }
   }

@@ -58,7 +58,7 @@ class Comparison {
   std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice);
 
   /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted, or lets
-  /// the rudders act no otherwise than they may have between samples.
+  /// the rudders act no otherwise than they may have between samples, or than their angles are known.
   std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts);
 
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
