@@ -12,6 +12,7 @@
 #include "core/distributions.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "gap/effect_library.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -25,7 +26,6 @@ constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
 // Of the sampling time: rudders that are later by less are not told from what they do between two samples.
 constexpr double kTellableShare = 0.5;
-constexpr double kKnownAngle = 0.5 * kDegree;  // a rudder's angle is not measured better
 constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may differ
 constexpr std::size_t kTellingTerms = 12;   // of the effect unknown, of which sets are formed
 
@@ -421,17 +421,9 @@ bool Comparison::is_between_samples(const Fitted& fitted) const {
     const RecordedInputs& recorded = campaign_.recorded_inputs[stretch.recording];
     const RecordedInputs as_is = recorded.through(own), with = recorded.through(response),
                          later = recorded.through(late);
-    const double from_s = stretch.t_s.front(), duration_s = stretch.t_s.back() - from_s;
-    const auto n = static_cast<int>(4.0 * duration_s / std::min(stretch.sample_s, stretch.dt_s(0)));
-    for (int i = 0; i < n; ++i) {
-      const double t = from_s + duration_s * i / n;
-      const Actuators<double> a = as_is.at(t).actuators, b = with.at(t).actuators, c = later.at(t).actuators;
-      for (const Channel channel : recorded.channels())
-        if (info(channel).quantity == Quantity::angle) {
-          moved += std::pow(b[channel] - a[channel], 2);
-          not_known += std::max(std::pow(c[channel] - a[channel], 2), kKnownAngle * kKnownAngle);
-        }
-    }
+    const auto points = static_cast<double>(stretch.size());
+    moved += points * angle_change(stretch, as_is, with);
+    not_known += points * std::max(angle_change(stretch, as_is, later), kKnownAngle * kKnownAngle);
   }
   return moved < not_known;
 }

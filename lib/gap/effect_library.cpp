@@ -59,6 +59,22 @@ std::vector<std::vector<double>> variants_of(std::span<const EffectParameter> pa
 
 }  // namespace
 
+double angle_change(const Stretch& stretch, const RecordedInputs& one, const RecordedInputs& other) {
+  const double from_s = stretch.t_s.front(), duration_s = stretch.t_s.back() - from_s;
+  const auto n = static_cast<int>(4.0 * duration_s / std::min(stretch.sample_s, stretch.dt_s(0)));
+  double squares = 0.0, count = 0.0;
+  for (int i = 0; i < n; ++i) {
+    const double t = from_s + duration_s * i / n;
+    const Actuators<double> a = one.at(t).actuators, b = other.at(t).actuators;
+    for (const Channel channel : one.channels())
+      if (info(channel).quantity == Quantity::angle) {
+        squares += std::pow(b[channel] - a[channel], 2);
+        count += 1.0;
+      }
+  }
+  return count > 0.0 ? squares / count : 0.0;
+}
+
 EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
     : campaign_(campaign), fit_(fit), variants_(campaign.recordings.size()) {
   std::vector<Ship> ships;
@@ -85,6 +101,20 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
         ++entry.count;
       } catch (const EffectNotApplicable& reason) {  // some strengths may apply: k_R to a single rudder, k_P not
         problem = reason.what();
+      }
+    }
+    const RudderResponse own = null_.front().effects.rudder_response();
+    if (const RudderResponse with = entry.count > 0 ? variants_.front().back().response : own; with != own) {
+      double most = 0.0;
+      for (const Stretch& stretch : campaign.stretches) {
+        const RecordedInputs& recorded = campaign.recorded_inputs[stretch.recording];
+        most = std::max(most, angle_change(stretch, recorded.through(own), recorded.through(with)));
+      }
+      if (most < kKnownAngle * kKnownAngle) {
+        for (std::vector<Variant>& variants : variants_)
+          for (Eigen::Index i = 0; i < entry.count; ++i) variants.pop_back();
+        entry.count = 0;
+        problem = "the rudders hardly move";
       }
     }
     if (entry.count == 0) {

@@ -3,16 +3,24 @@
 #include <string>
 #include <vector>
 
+#include "core/units.hpp"
 #include "gap/null_fit.hpp"
 
 namespace leeway::gap {
+
+/// Mean square by which the angles of rudders differ along a stretch between two ways of responding [rad^2].
+double angle_change(const Stretch& stretch, const RecordedInputs& one, const RecordedInputs& other);
+/// Root mean square that is not told from none: angles are not measured better, and the small ones by which an
+/// autopilot answers to what the model does not know would be taken for late ones [rad].
+inline constexpr double kKnownAngle = 0.5 * kDegree;
 
 /// What each effect of the catalogue would do to each step of the simulator: the difference of two simulations over the
 /// step, with the effect at a nominal strength and without. Effects with a direction have one column for each of four
 /// directions, those with several strengths one for each. `tug`, which comes and goes, is left to the scan over
 /// intervals, `varying-current` to `steady-current`; `model-error` is part of the null fit, `unknown` is what is left
 /// when the rest has been tried. `bank`, `mooring` and `fender` are bound to a place: at a place that is not theirs a
-/// step shows nothing of them, so they need starts from places.
+/// step shows nothing of them, so they need starts from places. Where rudders that act late or slowly would differ by
+/// less than kKnownAngle, they are not applicable.
 class EffectLibrary {
  public:
   struct Entry {
