@@ -4,10 +4,11 @@
 
 namespace leeway::cli {
 
-void add_gap_options(CLI::App& app, GapOptions& o) {
+CLI::Option* add_gap_options(CLI::App& app, GapOptions& o) {
   app.add_option("recordings", o.recordings, "recordings: CSV files, or a dataset.json or dataset.json#SET")
       ->required();
-  app.add_option("--ship", o.ship, "the simulator: a ship's JSON file or a shipped name")->required();
+  CLI::Option* const ship =
+      app.add_option("--ship", o.ship, "the simulator: a ship's JSON file or a shipped name")->required();
   app.add_option("--columns", o.columns, "columns map of the recordings (JSON), or the name of a shipped one");
   app.add_flag("--no-correct", o.no_correct, "leave the sensor faults that are found in the recordings");
   app.add_option("--false-alarm", o.false_alarm, "rate of finding something where there is nothing")
@@ -16,6 +17,7 @@ void add_gap_options(CLI::App& app, GapOptions& o) {
   app.add_option("--step-s", o.step_s,
                  "time grid of the filter [s], rounded to whole samples (default: 2 sqrt(L_pp/g))")
       ->check(positive());
+  return ship;
 }
 
 gap::GapLocateOptions locate_options(const GapOptions& o, const CommonOptions& common) {

@@ -16,7 +16,8 @@ struct GapOptions {
   double false_alarm = 0.01, step_s = 0.0;
 };
 
-void add_gap_options(CLI::App& app, GapOptions& options);
+/// Returns the option --ship, which is required.
+CLI::Option* add_gap_options(CLI::App& app, GapOptions& options);
 
 /// As the library takes them, without `progress`.
 gap::GapLocateOptions locate_options(const GapOptions& options, const CommonOptions& common);

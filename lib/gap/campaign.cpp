@@ -113,12 +113,15 @@ StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, doubl
 }
 
 void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship) {
-  const double time_unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
+  set_inputs(stretch, inputs, std::sqrt(ship.particulars.L_pp / kGravity_mps2));
+}
+
+void set_inputs(Stretch& stretch, const RecordedInputs& inputs, double longest_s) {
   stretch.inputs.clear();
   stretch.late_inputs.clear();
   double wind_speed = 0.0;
   for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
-    const auto substeps = static_cast<std::size_t>(std::ceil(stretch.dt_s(k) / time_unit_s - 1e-9));
+    const auto substeps = static_cast<std::size_t>(std::ceil(stretch.dt_s(k) / longest_s - 1e-9));
     const double h = stretch.dt_s(k) / static_cast<double>(substeps);
     std::vector<StepInputs<double>>& step = stretch.inputs.emplace_back();
     std::vector<StepInputs<double>>& late = stretch.late_inputs.emplace_back();
@@ -139,8 +142,11 @@ void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship
 Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options) {
   Campaign campaign;
   campaign.ship = ship;
+  campaign.ensemble = options.ensemble;
   const RudderResponse response = Effects<double>(ship).rudder_response();  // that the simulator itself knows
   const double time_unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
+  const double substep_s = options.ensemble ? options.ensemble->time_step_s() : time_unit_s;
+  const double usual_step_s = options.ensemble ? substep_s : 2.0 * time_unit_s;
   const double gap_s = options.gap_s > 0.0 ? options.gap_s : 30.0 * campaign.time_scale();
 
   for (std::size_t a = 0; a < recordings.size(); ++a)
@@ -154,6 +160,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
   std::size_t recordings_used = 0, recordings_with_wind = 0;
   for (std::size_t index = 0; index < recordings.size(); ++index) {
     const Trajectory& recording = recordings[index];
+    if (options.ensemble) options.ensemble->check(recording);
     campaign.recorded_inputs.emplace_back(recording, ship, InputInterpolation::linear);
     const RecordedInputs inputs = campaign.recorded_inputs.back().through(response);
     for (const std::string& notice : inputs.notices()) campaign.notices.push_back(notice);
@@ -173,7 +180,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
     ++recordings_used;
 
     const double sample_s = median_interval(recording[Channel::t]);
-    const double target_s = options.step_s > 0.0 ? options.step_s : 2.0 * time_unit_s;
+    const double target_s = options.step_s > 0.0 ? options.step_s : usual_step_s;
     const bool is_thinned = sample_s < 0.75 * target_s;
     const double bin_s = is_thinned ? std::round(target_s / sample_s) * sample_s : 0.0;
     const double step_s = is_thinned ? bin_s : sample_s;
@@ -225,7 +232,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
         stretch.spread_s2.push_back(point.spread_s2);
       }
       stretch.sample_s = sample_s;
-      set_inputs(stretch, inputs, ship);
+      set_inputs(stretch, inputs, substep_s);
       campaign.stretches.push_back(std::move(stretch));
     }
     if (left_out_s > 0.0 || kept == 0)

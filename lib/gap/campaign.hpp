@@ -6,6 +6,7 @@
 
 #include "dynamics/replay.hpp"
 #include "dynamics/simulation.hpp"
+#include "gap/ensemble_simulator.hpp"
 
 namespace leeway::gap {
 
@@ -38,6 +39,8 @@ inline constexpr double kTimingShare = 0.1;
 /// The recordings as the filter sees them.
 struct Campaign {
   Ship ship;
+  /// The simulator in place of the ship's equations of motion, of which `ship` is what is known; nullptr: none.
+  std::shared_ptr<const EnsembleSimulator> ensemble;
   std::vector<Trajectory> recordings;
   std::vector<std::vector<EffectEntry>> own_effects;  ///< of each recording: of the ship there, and nowhere else
   std::vector<RecordedInputs> recorded_inputs;        ///< one per recording
@@ -49,6 +52,8 @@ struct Campaign {
   std::size_t points() const;
   /// The ship as it sails in one recording.
   Ship ship_in(std::size_t recording) const;
+  /// Whether accelerations can be told as forces.
+  bool knows_inertia() const { return !ensemble || ensemble->knows_inertia(); }
   /// sqrt(L/g) by that of a 3 m ship: times scale with it.
   double time_scale() const { return std::sqrt(ship.particulars.L_pp / 3.0); }
 };
@@ -57,17 +62,19 @@ struct Campaign {
 /// that three points do not show, is what Simpson's rule, and so Runge-Kutta's, makes of the result.
 StepInputs<double> averaged_step(const RecordedInputs& inputs, double t_s, double dt_s);
 
-/// Puts a recording's inputs on a stretch's grid.
+/// Puts a recording's inputs on a stretch's grid, in substeps of at most `longest_s`, or sqrt(L/g) of the ship.
+void set_inputs(Stretch& stretch, const RecordedInputs& inputs, double longest_s);
 void set_inputs(Stretch& stretch, const RecordedInputs& inputs, const Ship& ship);
 
 struct CampaignOptions {
-  double step_s = 0.0;  ///< of the grid; 0: 2 sqrt(L/g), at least the recordings' own
+  double step_s = 0.0;  ///< of the grid; 0: 2 sqrt(L/g), or the ensemble's time step; at least the recordings' own
   double gap_s = 0.0;   ///< a longer hole ends a stretch; 0: 30 s at 3 m, scaled by sqrt(L)
+  std::shared_ptr<const EnsembleSimulator> ensemble = nullptr;  ///< the simulator; `ship` is then its ship()
 };
 
 /// Puts recordings on the filter's grid. Fast recordings are thinned: a point is the mean of the samples in its time
 /// bin, at their mean time, so that nothing is interpolated; a missing sample stays missing. Actuators and wind are
-/// linear between their samples. Throws InputError for a recording that lacks a column the ship needs, for two
+/// linear between their samples. Throws InputError for a recording that lacks a column the simulator needs, for two
 /// recordings with the same contents, and if nothing is long enough.
 Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options);
 

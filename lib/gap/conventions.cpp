@@ -625,9 +625,7 @@ void judge_forces(const Ship& ship, std::vector<Trajectory> recordings, bool win
   }
 }
 
-}  // namespace
-
-Conventions check_conventions(const Ship& ship, const std::vector<Trajectory>& given) {
+Conventions check(const Ship* ship, const std::vector<Trajectory>& given) {
   Conventions result;
   std::vector<Trajectory> recordings = given;
   const std::size_t unchecked = result.unchecked.size();
@@ -639,11 +637,22 @@ Conventions check_conventions(const Ship& ship, const std::vector<Trajectory>& g
   const std::vector<const ReadingEntry*> wind = judge_wind(recordings, result);
   const bool wind_is_settled = result.tested.size() > tested;
   recordings = applied(std::move(recordings), wind);
-  judge_forces(ship, std::move(recordings), wind_is_settled, velocities_are_settled, result);
+  if (ship != nullptr)
+    judge_forces(*ship, std::move(recordings), wind_is_settled, velocities_are_settled, result);
+  else
+    result.unchecked.emplace_back("actuators and the wind's force: there is no ship's model to compare with");
   std::stable_sort(result.tested.begin(), result.tested.end(),
                    [](const Reading& a, const Reading& b) { return a.log_odds > b.log_odds; });
   return result;
 }
+
+}  // namespace
+
+Conventions check_conventions(const Ship& ship, const std::vector<Trajectory>& recordings) {
+  return check(&ship, recordings);
+}
+
+Conventions check_conventions(const std::vector<Trajectory>& recordings) { return check(nullptr, recordings); }
 
 std::vector<Reading> contradicted_in_one(const Ship& ship, const std::vector<Trajectory>& recordings,
                                          const Conventions& of_all, std::size_t jobs) {

@@ -30,6 +30,8 @@ struct Conventions {
 /// recorded velocities over short times). Nothing is fitted. Readings that the data cannot tell from the stated one are
 /// not claimed. Readings and thresholds: docs/gap-audit.md.
 Conventions check_conventions(const Ship& ship, const std::vector<Trajectory>& recordings);
+/// The same by kinematic consistency alone.
+Conventions check_conventions(const std::vector<Trajectory>& recordings);
 /// One recording that reads otherwise than all others: for each recording by itself the reading that fits best, where
 /// it fits better than what is stated and the others refute it. With the others' word for the channel less is needed
 /// than for all recordings together. At most one reading for a recording.

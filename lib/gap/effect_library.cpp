@@ -7,7 +7,8 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kFullScale_m = 20.0;  // longer ships take the priors for 150 m
+constexpr double kFullScale_m = 20.0;        // longer ships take the priors for 150 m
+constexpr double kAcceleration_mps2 = 5e-4;  // an acceleration worth finding where forces are not known
 
 // A strength that is worth finding: one prior sd from nothing.
 double nominal(const EffectParameter& parameter, const Prior& prior) {
@@ -77,6 +78,10 @@ double angle_change(const Stretch& stretch, const RecordedInputs& one, const Rec
 
 EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
     : campaign_(campaign), fit_(fit), variants_(campaign.recordings.size()) {
+  if (campaign.ensemble) {
+    add_derived();
+    return;
+  }
   std::vector<Ship> ships;
   for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
     ships.push_back(campaign.ship_in(r));
@@ -127,6 +132,65 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
   }
 }
 
+void EffectLibrary::add_derived() {
+  const auto add = [&](const char* name, std::vector<Derived> columns) {
+    entries_.push_back({name, static_cast<Eigen::Index>(derived_.size()), static_cast<Eigen::Index>(columns.size())});
+    derived_.insert(derived_.end(), columns.begin(), columns.end());
+  };
+  const auto strength = [&](const char* name) {
+    const EffectParameter& first = effect_named(name).parameters.front();
+    return nominal(first, campaign_.ship.particulars.L_pp > kFullScale_m ? first.at_150m : first.at_3m);
+  };
+  // What an acceleration over the step does.
+  const auto push = [](const LinearStretch& stretch, std::size_t k, const Vec3<double>& acceleration) -> Vec6 {
+    return stretch.steps[k].A.middleCols<3>(kErrorStart) * acceleration;
+  };
+  std::vector<Derived> body;
+  for (int axis = 0; axis < 3; ++axis)
+    body.emplace_back([push, size = Vec3<double>(kAcceleration_mps2 * Vec3<double>::Unit(axis))](
+                          const LinearStretch& stretch, std::size_t k) { return push(stretch, k, size); });
+  // Yaw by what the acceleration is at a quarter of the length from midship.
+  body.back() = [push, r = kAcceleration_mps2 / (0.25 * campaign_.ship.particulars.L_pp)](const LinearStretch& stretch,
+                                                                                          std::size_t k) {
+    return push(stretch, k, {0.0, 0.0, r});
+  };
+  add("body-force", body);
+  if (!campaign_.has_heading) {
+    not_applicable_.push_back("earth-force, steady-current, unmeasured-wind: no heading is recorded");
+    return;
+  }
+  std::vector<Derived> pull, current, wind;
+  for (const Vec2<double>& along : {Vec2<double>(1.0, 0.0), Vec2<double>(0.0, 1.0)}) {
+    const auto in_ship_axes = [along](double psi) -> Vec3<double> {
+      const double c = std::cos(psi), s = std::sin(psi);
+      return {c * along(0) + s * along(1), -s * along(0) + c * along(1), 0.0};
+    };
+    pull.emplace_back([push, in_ship_axes](const LinearStretch& stretch, std::size_t k) {
+      return push(stretch, k, kAcceleration_mps2 * in_ship_axes(stretch.path[k][2]));
+    });
+    // The step is taken with the velocity through the water; the wind over the ground is what it was.
+    current.emplace_back(
+        [along, in_ship_axes, speed = strength("steady-current")](const LinearStretch& stretch, std::size_t k) -> Vec6 {
+          const auto& A = stretch.steps[k].A;
+          Vec6 column = A.middleCols<2>(kWindStart) * along - A.middleCols<3>(3) * in_ship_axes(stretch.path[k][2]);
+          column.head<2>() += stretch.data->dt_s(k) * along;
+          column.tail<3>() += in_ship_axes(stretch.path[k + 1][2]);
+          return speed * column;
+        });
+    wind.emplace_back(
+        [along, speed = strength("unmeasured-wind")](const LinearStretch& stretch, std::size_t k) -> Vec6 {
+          return speed * stretch.steps[k].A.middleCols<2>(kWindStart) * along;
+        });
+  }
+  add("earth-force", pull);
+  add("steady-current", current);
+  if (campaign_.ship.wind)
+    add("unmeasured-wind", wind);
+  else
+    not_applicable_.push_back("unmeasured-wind: the ensemble does not see the wind");
+  not_applicable_.push_back("all effects that change forces: the ensemble has none; gap-explain --ship tries them");
+}
+
 bool EffectLibrary::holds(std::string_view effect) {
   return effect != "tug" && effect != "varying-current" && effect != "bank" && effect != "mooring" &&
          effect != "fender" && effect != "model-error" && effect != "unknown";
@@ -134,6 +198,13 @@ bool EffectLibrary::holds(std::string_view effect) {
 
 MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std::size_t> entries) const {
   const LinearStretch& stretch = fit_.stretches[stretch_index];
+  if (campaign_.ensemble)
+    return [this, &stretch, entries = std::move(entries)](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
+      Eigen::Index column = 0;
+      for (const std::size_t e : entries)
+        for (Eigen::Index i = 0; i < entries_[e].count; ++i)
+          out.col(column++) = derived_[static_cast<std::size_t>(entries_[e].first + i)](stretch, k);
+    };
   const std::size_t recording = stretch.data->recording;
   const Model<double>& null = null_[recording];
   const std::vector<Variant>& variants = variants_[recording];

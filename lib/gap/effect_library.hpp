@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ inline constexpr double kKnownAngle = 0.5 * kDegree;
 /// when the rest has been tried. `bank`, `mooring` and `fender` are bound to a place: at a place that is not theirs a
 /// step shows nothing of them, so they need starts from places. Where rudders that act late or slowly would differ by
 /// less than kKnownAngle, they are not applicable.
+/// With an ensemble, which has no forces to change, only what follows from its own derivatives: `body-force` and
+/// `earth-force` as accelerations, `steady-current`, and `unmeasured-wind` where it sees the wind.
 class EffectLibrary {
  public:
   struct Entry {
@@ -35,12 +38,14 @@ class EffectLibrary {
 
   const std::vector<Entry>& entries() const { return entries_; }
   const std::vector<std::string>& not_applicable() const { return not_applicable_; }
-  Eigen::Index columns() const { return static_cast<Eigen::Index>(variants_.front().size()); }
+  Eigen::Index columns() const { return entries_.empty() ? 0 : entries_.back().first + entries_.back().count; }
 
   /// The columns of the given entries at step k of a stretch, for evidence().
   MoreColumns columns_of(std::size_t stretch, std::vector<std::size_t> entries) const;
 
  private:
+  void add_derived();
+
   struct Variant {
     Model<double> model;
     RudderResponse response;
@@ -49,6 +54,8 @@ class EffectLibrary {
   const FittedNull& fit_;
   std::vector<Model<double>> null_;             // by recording
   std::vector<std::vector<Variant>> variants_;  // by recording
+  using Derived = std::function<Vec6(const LinearStretch& stretch, std::size_t k)>;
+  std::vector<Derived> derived_;  // of an ensemble: by column
   std::vector<Entry> entries_;
   std::vector<std::string> not_applicable_;
 };

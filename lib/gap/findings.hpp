@@ -83,6 +83,21 @@ struct Detection {
   Eigen::MatrixXd imitated;
 };
 
+/// An input of the networks that lies beyond its range in the training data, in a share of the points.
+struct OutsideInput {
+  std::string name;
+  double share = 0.0;
+};
+
+/// How well an ensemble knows what it does in an interval.
+struct Training {
+  bool is_untrained = false;
+  double outside_share = 0.0;         ///< of the points: an input lies beyond the training data
+  std::vector<OutsideInput> outside;  ///< which, most often first
+  double spread = 0.0;                ///< sd of the members' accelerations on the interval's axis
+  double mismatch_by_spread = 0.0;    ///< mean acceleration that is missing on that axis, by the spread
+};
+
 struct Interval {
   std::string file, recording;
   double t_start_s = 0.0, t_end_s = 0.0;
@@ -91,6 +106,8 @@ struct Interval {
   std::size_t searched = 1;                          ///< intervals among which it was found
   Vec3<double> acceleration = Vec3<double>::Zero();  ///< mean over the interval
   Mat3<double> covariance = Mat3<double>::Zero();    ///< of the mean
+  std::optional<Training> training = std::nullopt;   ///< where the simulator is an ensemble
+  bool is_untrained() const { return training && training->is_untrained; }
 };
 
 /// How the residual of one axis depends on one variable.
@@ -129,8 +146,19 @@ struct Located {
   std::vector<WalkingGain> modules;  ///< best first
 };
 
+/// The ensemble that recordings were compared with.
+struct EnsembleUsed {
+  std::string name;
+  int members = 0;
+  double time_step_s = 0.0;
+  std::string base;                            ///< name of the base ship; empty: none
+  double outside_share = 0.0;                  ///< of all points: an input lies beyond the training data
+  Vec3<double> spread = Vec3<double>::Zero();  ///< rms over all points of the members' sd (m/s^2, m/s^2, rad/s^2)
+};
+
 struct Findings {
   std::string ship;
+  std::optional<EnsembleUsed> ensemble = std::nullopt;  ///< nothing: the ship's equations of motion
   Verdict verdict = Verdict::undecided;
   Conventions conventions;
   Audit audit;

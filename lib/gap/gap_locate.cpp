@@ -34,6 +34,9 @@ void judge(Findings& findings, double scan_p_value) {
                         (d.heldout_gain > d.heldout_gain_sd && d.p_value < d.false_alarm * d.false_alarm);
   const double share = fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(1e-12)).maxCoeff();
   // Then inputs that are known at the samples alone are the larger error, and what the tests see may be that.
+  const auto untrained = std::count_if(findings.located.intervals.begin(), findings.located.intervals.end(),
+                                       [](const Interval& interval) { return interval.is_untrained(); });
+  const std::string simulator = findings.ensemble ? "ensemble" : "simulator";
   const bool is_of_inputs = fit.is_noise_free && share < kErrorOfInputs;
   const std::string rate = fmt::format("{:.3g} %", 100.0 * d.false_alarm);
 
@@ -49,15 +52,16 @@ void judge(Findings& findings, double scan_p_value) {
   } else if (d.p_value < d.false_alarm && by_interval) {
     findings.verdict = Verdict::mismatch;
     d.reason = fmt::format(
-        "something acts in an interval that the simulator does not know; by chance this would be "
+        "something acts in an interval that the {} does not know; by chance this would be "
         "seen in fewer than {} of campaigns",
-        rate);
+        simulator, rate);
   } else if (d.p_value < d.false_alarm && improves) {
     findings.verdict = Verdict::mismatch;
     d.reason = fmt::format(
-        "accelerations as of '{}' remain that no parameter within its uncertainty explains, and adding "
-        "them predicts what was held out better",
-        d.effects.front().name);
+        "accelerations as of '{}' remain that {} explains, and adding them predicts what was held out better",
+        d.effects.front().name,
+        findings.ensemble ? "neither the members' spread nor random model error"
+                          : "no parameter within its uncertainty");
   } else if (d.p_value < d.false_alarm) {
     findings.verdict = Verdict::undecided;
     d.reason = fmt::format(
@@ -68,6 +72,12 @@ void judge(Findings& findings, double scan_p_value) {
     findings.verdict = Verdict::undecided;
     d.reason =
         fmt::format("the evidence is close to the stated rate of false alarms ({}); more recordings would tell", rate);
+  } else if (untrained > 0) {
+    findings.verdict = Verdict::undecided;
+    d.reason = fmt::format(
+        "all significant mismatch lies in {} interval{} for which the ensemble was not trained; what it misses there "
+        "may be nothing but that",
+        untrained, untrained > 1 ? "s" : "");
   } else if (fit.samples < kFewestSamples) {
     findings.verdict = Verdict::undecided;
     d.reason =
@@ -78,9 +88,9 @@ void judge(Findings& findings, double scan_p_value) {
   } else if (share > kErrsAsMuch) {
     findings.verdict = Verdict::undecided;
     d.reason = fmt::format(
-        "the simulator errs by {:.0f} % of the typical acceleration, in a way that no effect of the "
+        "the {} errs by {:.0f} % of the typical acceleration, in a way that no effect of the "
         "catalogue explains",
-        100.0 * share);
+        simulator, 100.0 * share);
   } else if (!is_of_inputs && d.largest_autocorrelation > kNotWhite && d.whiteness_p_value < 1e-6) {
     findings.verdict = Verdict::undecided;
     d.reason =
@@ -91,7 +101,8 @@ void judge(Findings& findings, double scan_p_value) {
     d.reason = "coefficients had to move far beyond what is stated, and may hide something";
   } else {
     findings.verdict = Verdict::no_mismatch;
-    d.reason = "what remains is what parameters within their uncertainty and random model error leave";
+    d.reason = fmt::format("what remains is what {} and random model error leave",
+                           findings.ensemble ? "the members' spread" : "parameters within their uncertainty");
   }
   d.reason.front() = static_cast<char>(std::toupper(d.reason.front()));
   d.reason += '.';
@@ -164,7 +175,47 @@ void add_notices(Findings& findings, const Campaign& campaign, const EffectLibra
                     fmt::join(silent, ", ")));
 }
 
+// How well the ensemble knows these recordings in all.
+EnsembleUsed use_of(const EnsembleSimulator& simulator, const FittedNull& fit) {
+  const ensemble::EnsembleHeader& header = simulator.ensemble().header();
+  EnsembleUsed used{simulator.name(),
+                    simulator.ensemble().members(),
+                    header.config.time_step_s,
+                    header.base ? header.base->name : "",
+                    0.0,
+                    Vec3<double>::Zero()};
+  double n = 0.0;
+  for (const LinearStretch& stretch : fit.stretches)
+    for (const LinearStep& step : stretch.steps) {
+      used.outside_share += step.beyond > 0.0 ? 1.0 : 0.0;
+      used.spread += step.spread.diagonal();
+      n += 1.0;
+    }
+  used.outside_share /= n;
+  used.spread = (used.spread / n).cwiseSqrt();
+  return used;
+}
+
+void add_ensemble_notices(const EnsembleSimulator& simulator, Findings& findings) {
+  const ensemble::EnsembleHeader& header = simulator.ensemble().header();
+  if (simulator.ensemble().members() < 2)
+    findings.notices.emplace_back("a single member has no spread: it cannot tell what it was not trained for");
+  if (header.inputs.domain.empty())
+    findings.notices.emplace_back("the ensemble does not say what its training data covered; train it anew to know");
+  for (const std::string& notice : simulator.ensemble().notices()) findings.notices.push_back(notice);
+}
+
+Investigation investigate(const Ship& ship, const std::shared_ptr<const EnsembleSimulator>& ensemble,
+                          std::vector<Trajectory>& recordings, const GapLocateOptions& options);
+
 }  // namespace
+
+Findings gap_locate(const std::shared_ptr<const EnsembleSimulator>& ensemble, std::vector<Trajectory>& recordings,
+                    const GapLocateOptions& options) {
+  Findings findings = investigate(ensemble->ship(), ensemble, recordings, options).findings;
+  if (options.progress) options.progress(1.0, "done");
+  return findings;
+}
 
 Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options) {
   Investigation investigation = investigate(ship, recordings, options);
@@ -177,6 +228,13 @@ Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const
 }
 
 Investigation investigate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options) {
+  return investigate(ship, nullptr, recordings, options);
+}
+
+namespace {
+
+Investigation investigate(const Ship& ship, const std::shared_ptr<const EnsembleSimulator>& ensemble,
+                          std::vector<Trajectory>& recordings, const GapLocateOptions& options) {
   const auto progress = [&](double done, const std::string& note) {
     if (options.progress) options.progress(done, note);
   };
@@ -184,7 +242,8 @@ Investigation investigate(const Ship& ship, std::vector<Trajectory>& recordings,
   Findings& findings = investigation.findings;
   findings.ship = ship.name;
   findings.L_pp = ship.particulars.L_pp;
-  prepare(ship, recordings, {options.step_s, 0.0});  // what cannot be used is said before the long work
+  const CampaignOptions campaign_options{options.step_s, 0.0, ensemble};
+  prepare(ship, recordings, campaign_options);  // what cannot be used is said before the long work
 
   progress(0.0, "conventions");
   const auto all_without_frozen = [&] {  // a frozen channel says nothing
@@ -194,8 +253,8 @@ Investigation investigate(const Ship& ship, std::vector<Trajectory>& recordings,
   };
   std::vector<Trajectory> moving = all_without_frozen();
   std::erase_if(moving, is_at_rest);
-  findings.conventions = check_conventions(ship, moving);
-  if (recordings.size() > 1)
+  findings.conventions = ensemble ? check_conventions(moving) : check_conventions(ship, moving);
+  if (recordings.size() > 1 && !ensemble)
     for (Reading& reading : contradicted_in_one(ship, moving, findings.conventions, options.jobs))
       findings.conventions.contradicted.push_back(std::move(reading));
   progress(0.03, "audit of the sensors");
@@ -217,13 +276,14 @@ Investigation investigate(const Ship& ship, std::vector<Trajectory>& recordings,
 
   progress(0.10, "fit within the stated uncertainty");
   Campaign& campaign = investigation.campaign;
-  campaign = prepare(ship, all_without_frozen(), {options.step_s, 0.0});
+  campaign = prepare(ship, all_without_frozen(), campaign_options);
   FitOptions fit_options;
   fit_options.jobs = options.jobs;
   fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
   FittedNull& fit = investigation.null;
   fit = fit_null(campaign, fit_options);
   findings.fit = fit.report;
+  if (ensemble) findings.ensemble = use_of(*ensemble, fit);
 
   progress(0.60, "effects of the catalogue");
   const EffectLibrary library(campaign, fit);
@@ -250,8 +310,11 @@ Investigation investigate(const Ship& ship, std::vector<Trajectory>& recordings,
   }
   findings.residuals = residuals(campaign, fit);
   add_notices(findings, campaign, library);
+  if (ensemble) add_ensemble_notices(*ensemble, findings);
   progress(0.97, "parameters far off");
   return investigation;
 }
+
+}  // namespace
 
 }  // namespace leeway::gap

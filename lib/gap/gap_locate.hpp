@@ -20,6 +20,11 @@ struct GapLocateOptions {
 /// `recordings` are corrected in place where faults are found. Throws InputError for recordings that cannot be used.
 Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options);
 
+/// The same with a trained ensemble as the simulator. Intervals in which it was not trained are called so and are no
+/// mismatch; conventions are checked by kinematics alone, and known effects are those of EffectLibrary for an ensemble.
+Findings gap_locate(const std::shared_ptr<const EnsembleSimulator>& ensemble, std::vector<Trajectory>& recordings,
+                    const GapLocateOptions& options);
+
 /// Whether parameters are so far off, and so much is left, that this may be another ship.
 bool errs_grossly(const NullFit& fit);
 

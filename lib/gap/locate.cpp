@@ -19,7 +19,9 @@ namespace {
 
 constexpr std::size_t kMostBlocks = 250;
 constexpr std::size_t kScanDraws = 2000;
-constexpr std::size_t kMostIntervals = 8;
+constexpr std::size_t kMostIntervals = 8, kMostUntrained = 16;
+constexpr double kMostlyOutside = 0.5;    // share of an interval's points beyond the training data
+constexpr double kOneMemberMore = 1e-3;   // probability of a member that differs as much
 constexpr double kLongestShare = 0.6;     // of all blocks: longer is no interval
 constexpr double kReference_mps2 = 5e-4;  // accelerations are counted in this, yaw at 0.25 L_pp from midship
 constexpr int kActiveBlocks = 4;          // an acceleration is forgotten by then
@@ -52,6 +54,7 @@ struct Module {
 constexpr double kGainStep = 0.1;
 
 std::vector<Module> modules_of(const Campaign& campaign, const FittedNull& fit) {
+  if (campaign.ensemble) return {};
   const Ship& ship = campaign.ship;
   Model<double> null(ship);
   apply_uncertainty(null, fit.theta);
@@ -84,11 +87,11 @@ struct BlockEvidence {
   Eigen::Index column(std::size_t block, int kind) const { return static_cast<Eigen::Index>(block) * kinds + kind; }
 };
 
-// By the everyday model error, so that events stand out.
+// By the everyday model error, so that events stand out, and what an ensemble was not trained for.
 BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, const std::vector<Module>& modules,
                              std::size_t jobs) {
   Noise noise = fit.noise;
-  noise.knows_events = false;
+  noise.knows_events = noise.knows_spread = false;
   BlockEvidence result;
   result.kinds = 3 + static_cast<int>(modules.size());
   const auto least = static_cast<std::size_t>(std::ceil(10.0 * campaign.time_scale() / campaign.step_s));
@@ -102,8 +105,8 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
   const Eigen::Index p = fit.theta.size(), all = static_cast<Eigen::Index>(result.blocks.size()) * result.kinds;
   const Vec3<double> unit = unit_acceleration(campaign.ship);
 
-  Model<double> null(campaign.ship);
-  apply_uncertainty(null, fit.theta);
+  std::optional<Model<double>> null;
+  if (!modules.empty()) apply_uncertainty(null.emplace(campaign.ship), fit.theta);
   struct Part {
     Eigen::VectorXd b;
     Eigen::MatrixXd F, cross;  // among blocks; with theta
@@ -138,7 +141,7 @@ BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, co
               stretch.steps[k - 1].A.col(kErrorStart + axis) * unit[axis];
         const std::vector<StepInputs<double>>& inputs = stretch.data->inputs[k - 1];
         const double h = stretch.data->dt_s(k - 1) / static_cast<double>(inputs.size());
-        const Vec6 without = advance<double>(null, stretch.path[k - 1], inputs, h);
+        const Vec6 without = null ? advance<double>(*null, stretch.path[k - 1], inputs, h) : Vec6::Zero();
         for (std::size_t m = 0; m < modules.size(); ++m)
           filter.columns.col(slot + 3 + static_cast<Eigen::Index>(m)).head<kShipStates>() +=
               (advance<double>(modules[m].scaled, stretch.path[k - 1], inputs, h) - without) / kGainStep;
@@ -236,8 +239,41 @@ std::pair<double, std::size_t> largest(const BlockEvidence& evidence, const Runs
   return {best, which};
 }
 
-std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, const LocateOptions& options,
-                           double& strongest_p) {
+// Whether the ensemble knows what it does at the points [begin, end) of a stretch, and why not.
+Training training_of(const EnsembleSimulator& ensemble, const LinearStretch& stretch, std::size_t begin,
+                     std::size_t end, int axis, double mismatch) {
+  Training training;
+  const std::vector<ensemble::InputRange>& domain = ensemble.ensemble().header().inputs.domain;
+  std::vector<double> outside(domain.size(), 0.0);
+  end = std::min(end, stretch.steps.size());
+  const auto n = static_cast<double>(std::max<std::size_t>(1, end - std::min(begin, end)));
+  double variance = 0.0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const StateVector& x = stretch.path[k];
+    const std::vector<double> beyond = ensemble.beyond(x[2], x.segment<3>(3), stretch.data->inputs[k].front().start);
+    for (std::size_t i = 0; i < beyond.size(); ++i) outside[i] += beyond[i] > 0.0 ? 1.0 / n : 0.0;
+    training.outside_share += stretch.steps[k].beyond > 0.0 ? 1.0 / n : 0.0;
+    variance += stretch.steps[k].spread(axis, axis) / n;
+  }
+  for (std::size_t i = 0; i < outside.size(); ++i)
+    if (outside[i] > 0.0) training.outside.push_back({domain[i].name, outside[i]});
+  std::sort(training.outside.begin(), training.outside.end(),
+            [](const OutsideInput& a, const OutsideInput& b) { return a.share > b.share; });
+  training.spread = std::sqrt(variance);
+  training.mismatch_by_spread = training.spread > 0.0 ? std::abs(mismatch) / training.spread : kMissing;
+  // Whether the truth may be one member more, by Student's t.
+  const auto members = static_cast<double>(ensemble.ensemble().members());
+  training.is_untrained = training.outside_share > kMostlyOutside;
+  if (training.spread > 0.0) {
+    const double square = training.mismatch_by_spread * training.mismatch_by_spread * members / (members + 1.0);
+    training.is_untrained = training.is_untrained || f_survival(square, 1.0, members - 1.0) > kOneMemberMore;
+  }
+  return training;
+}
+
+//   strongest_p  of the intervals that are not called untrained
+std::vector<Interval> scan(const Campaign& campaign, const FittedNull& fit, BlockEvidence evidence,
+                           const LocateOptions& options, double& strongest_p) {
   std::vector<Interval> intervals;
   const Runs runs = all_runs(evidence);
   strongest_p = 1.0;
@@ -267,11 +303,13 @@ std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, con
   };
 
   const Vec3<double> unit = unit_acceleration(campaign.ship);
-  for (std::size_t found = 0; found < kMostIntervals; ++found) {
+  for (std::size_t found = 0, untrained = 0; found < kMostIntervals && untrained < kMostUntrained;) {
     const auto [statistic, which] = largest(evidence, runs, evidence.b);
     const double p = p_value(statistic);
-    if (found == 0) strongest_p = p;
-    if (p > options.false_alarm) break;
+    if (p > options.false_alarm) {
+      if (found == 0) strongest_p = p;
+      break;
+    }
     const Run& run = runs.runs[which];
     // Its accelerations on all axes, which are then taken out.
     Eigen::MatrixXd indicator = Eigen::MatrixXd::Zero(evidence.b.size(), 3);
@@ -296,6 +334,13 @@ std::vector<Interval> scan(const Campaign& campaign, BlockEvidence evidence, con
     interval.searched = runs.runs.size() / 3;  // of one axis
     interval.acceleration = size.cwiseProduct(unit);
     interval.covariance = unit.asDiagonal() * (inverse + inverse * of_parameters * inverse) * unit.asDiagonal();
+    if (campaign.ensemble)
+      interval.training = training_of(*campaign.ensemble, fit.stretches[evidence.blocks[run.begin].stretch],
+                                      evidence.blocks[run.begin].begin, evidence.blocks[run.end - 1].end, run.axis,
+                                      interval.acceleration[run.axis]);
+    const bool is_untrained = interval.is_untrained();
+    if (!is_untrained && found == 0) strongest_p = p;
+    ++(is_untrained ? untrained : found);
     intervals.push_back(interval);
   }
   return intervals;
@@ -363,6 +408,7 @@ std::vector<WalkingGain> walking_gains(const Campaign& campaign, const FittedNul
                                        const std::vector<Module>& modules, std::size_t jobs) {
   const std::size_t n = evidence.blocks.size();
   std::vector<WalkingGain> result;
+  if (modules.empty()) return result;
   Model<double> null(campaign.ship);
   apply_uncertainty(null, fit.theta);
   for (std::size_t m = 0; m < modules.size(); ++m) {
@@ -802,6 +848,7 @@ std::vector<Regime> regimes_of(const Campaign& campaign, const FittedNull& fit,
 }  // namespace
 
 std::vector<Residual> residuals(const Campaign& campaign, const FittedNull& fit) {
+  const bool knows_inertia = campaign.knows_inertia();
   const Mat3<double> M = inertia_matrix(campaign.ship);
   std::vector<Residual> result(campaign.recordings.size());
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -818,11 +865,12 @@ std::vector<Residual> residuals(const Campaign& campaign, const FittedNull& fit)
       residual.t_s.push_back(stretch.t_s[k]);
       residual.acceleration.push_back(x.segment<3>(kErrorStart));
       residual.acceleration_sd.push_back(P.diagonal().cwiseMax(0.0).cwiseSqrt());
-      residual.force.push_back(M * x.segment<3>(kErrorStart));
-      residual.force_sd.push_back((M * P * M.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt());
       residual.eta.push_back(x.head<3>());
       residual.nu.push_back(x.segment<3>(3));
       residual.measured_nu.push_back(stretch.measured[k].tail<3>());
+      if (!knows_inertia) continue;
+      residual.force.push_back(M * x.segment<3>(kErrorStart));
+      residual.force_sd.push_back((M * P * M.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt());
     }
   }
   result.erase(std::remove_if(result.begin(), result.end(), [](const Residual& r) { return r.t_s.empty(); }),
@@ -834,7 +882,7 @@ Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOpt
   Location result;
   const std::vector<Module> modules = modules_of(campaign, fit);
   const BlockEvidence blocks = block_evidence(campaign, fit, modules, options.jobs);
-  result.located.intervals = scan(campaign, blocks, options, result.scan_p_value);
+  result.located.intervals = scan(campaign, fit, blocks, options, result.scan_p_value);
   result.located.modules = walking_gains(campaign, fit, blocks, modules, options.jobs);
 
   const std::vector<Eigen::Matrix3Xd> residual = smoothed_residual(campaign, fit);
@@ -849,6 +897,7 @@ Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOpt
   result.located.frames = frames_of(campaign, fit, residual, options.jobs);
   result.located.regimes = regimes_of(campaign, fit, residual, options);
 
+  if (!campaign.knows_inertia()) return result;
   if (result.located.share[1] > 0.05)
     result.located.line_of_action = line_of_action(campaign, fit, blocks.blocks, residual);
   if (const auto sharper = line_of_action(campaign, result.located.intervals)) result.located.line_of_action = sharper;

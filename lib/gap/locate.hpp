@@ -14,7 +14,7 @@ struct LocateOptions {
 /// Where the residual sits: which axes, which intervals, which frame and regime, which module.
 struct Location {
   Located located;
-  double scan_p_value = 1.0;  ///< of the strongest interval among all
+  double scan_p_value = 1.0;  ///< of the strongest interval that is not called untrained
 };
 
 /// Everything is tested on accelerations added to the simulator, after the parameters (with twice their stated
@@ -24,6 +24,10 @@ struct Location {
 ///   frames     columns that are constant in a frame, by their Bayes factors;
 ///   regimes    a linear and a quadratic function of each variable, with Benjamini & Hochberg's false-discovery rate;
 ///   modules    each module's gain as a random walk over the blocks, by its Bayes factor.
+/// With an ensemble there are no modules, and an interval is called untrained where more than half of its points have
+/// an input beyond the training data, or the mean acceleration that is missing on its axis is one that a further member
+/// could have (Student's t with as many degrees of freedom as members less one, by the members' standard deviation
+/// there; probability above 0.1 %).
 Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
 
 /// The smoothed residual along each recording.

@@ -101,6 +101,25 @@ Json to_json(const Conventions& conventions) {
           {"unchecked", conventions.unchecked}};
 }
 
+Json to_json(const Training& training, int axis) {
+  const auto a = static_cast<std::size_t>(axis);
+  Json outside = Json::object();
+  for (const OutsideInput& input : training.outside) outside[input.name] = number(input.share);
+  return {{"outside_share", number(training.outside_share)},
+          {"outside", outside},
+          {fmt::format("members_sd_{}", kAccelerationUnits.at(a)), number(training.spread * kPerSi.at(a))},
+          {"mismatch_by_members_sd", number(training.mismatch_by_spread)}};
+}
+
+Json to_json(const EnsembleUsed& ensemble) {
+  return {{"name", ensemble.name},
+          {"members", ensemble.members},
+          {"time_step_s", number(ensemble.time_step_s)},
+          {"base", ensemble.base.empty() ? Json(nullptr) : Json(ensemble.base)},
+          {"outside_share", number(ensemble.outside_share)},
+          {"members_sd", acceleration(ensemble.spread)}};
+}
+
 Json to_json(const Located& located, double L_pp) {
   Json dof = Json::object();
   for (int a = 0; a < 3; ++a) dof[axis_name(a)] = number(located.share(a));
@@ -119,7 +138,9 @@ Json to_json(const Located& located, double L_pp) {
                 {"t_end_s", number(i.t_end_s)},
                 {"dof", axis_name(i.axis)},
                 {"p_value", number(i.p_value)},
-                {"mean_acceleration", acceleration(i.acceleration)}};
+                {"mean_acceleration", acceleration(i.acceleration)},
+                {"cause", i.is_untrained() ? Json(kUntrained) : Json(nullptr)},
+                {"training", i.training ? to_json(*i.training, i.axis) : Json(nullptr)}};
   };
   const auto regime = [](const Regime& r) {
     const auto a = static_cast<std::size_t>(r.axis);
@@ -236,6 +257,7 @@ Json to_json(const Findings& findings) {
                 {"has_position", r.has_position}};
   };
   return {{"ship", findings.ship},
+          {"ensemble", findings.ensemble ? to_json(*findings.ensemble) : Json(nullptr)},
           {"verdict", word(findings.verdict)},
           {"p_value", number(findings.detection.p_value)},
           {"sentence", headline(findings)},

@@ -199,6 +199,7 @@ class Climb {
   void linearize_all(const std::vector<LinearStretch>& before) {
     const Eigen::Index effects = fit_.effects;
     const Eigen::VectorXd plain = without_effects(fit_.theta, effects);
+    if (campaign_.ensemble) return linearize_ensemble(before);
     const std::vector<EffectColumns> by_recording =
         columns_by_recording(campaign_, hypothesis_, fit_.theta.segment(plain.size() - 1, effects), plain);
     parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
@@ -212,8 +213,7 @@ class Climb {
         fit_.stretches[s] = linearize_filtered(columns.ship(), before[s], fit_.noise, fit_.event_scale[s], plain);
       if (effects > 0) columns.add_to(fit_.stretches[s]);
     });
-    fit_.noise.least_sigma_w = kLeastError * typical_acceleration(fit_.stretches);
-    fit_.total = levels().total(fit_.noise);
+    judge_all();
   }
 
   /// Goes on until the steps rest or are too many; returns whether they rest.
@@ -283,6 +283,22 @@ class Climb {
     return text;
   }
 
+  void linearize_ensemble(const std::vector<LinearStretch>& before) {
+    const EnsembleSimulator& ensemble = *campaign_.ensemble;
+    parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
+      const Stretch& stretch = campaign_.stretches[s];
+      fit_.stretches[s] = before[s].data == nullptr
+                              ? linearize(ensemble, stretch, measured_path(stretch), fit_.theta)
+                              : linearize_filtered(ensemble, before[s], fit_.noise, fit_.event_scale[s], fit_.theta);
+    });
+    judge_all();
+  }
+
+  void judge_all() {
+    fit_.noise.least_sigma_w = kLeastError * typical_acceleration(fit_.stretches);
+    fit_.total = levels().total(fit_.noise);
+  }
+
   Eigen::VectorXd precision() const { return fit_.prior_sd.array().square().inverse(); }
   Eigen::VectorXd slope_now() const { return fit_.total.b - precision().cwiseProduct(fit_.theta); }
   Eigen::MatrixXd curvature_now() const {
@@ -313,7 +329,7 @@ class Climb {
     const Eigen::Index effects = fit_.effects, coefficients = theta.size() - 1 - effects;
     for (;;) {
       Eigen::VectorXd step = newton;
-      double too_long = std::max({1.0 + damping, step.head(coefficients).cwiseAbs().maxCoeff() / kLargestStep,
+      double too_long = std::max({1.0 + damping, step.head(coefficients).lpNorm<Eigen::Infinity>() / kLargestStep,
                                   std::abs(step[step.size() - 1]) / kLargestTimingStep});
       if (effects > 0)
         too_long = std::max(too_long, step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kLargestEffectStep);
@@ -526,7 +542,10 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
 
 FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   FittedNull fit;
-  fit.parameters = uncertain_parameters(campaign.ship);
+  if (campaign.ensemble)
+    fit.parameters = {timing_parameter()};  // what the ensemble may err by is its members' spread
+  else
+    fit.parameters = uncertain_parameters(campaign.ship);
   const auto p = static_cast<Eigen::Index>(fit.parameters.size());
   fit.theta = Eigen::VectorXd::Zero(p);
   fit.noise = first_noise(campaign);

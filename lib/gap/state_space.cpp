@@ -28,8 +28,9 @@ Vec6 initial_sd(const Ship& ship) {
 // A mean over a bin in which the state bends is not its value at the mean time: to second order, half the variance of
 // the sample times, times the second derivative; that from the simulator's rates at the neighbors, which know little
 // of the measurements' noise.
-std::vector<Vec6> mean_offsets(const Model<double>& model, const Stretch& stretch,
-                               const std::vector<StateVector>& path) {
+//   end  (x, inputs, h_s): where a step leads
+template <typename End>
+std::vector<Vec6> mean_offsets(const End& end, const Stretch& stretch, const std::vector<StateVector>& path) {
   const std::size_t n = stretch.size();
   std::vector<Vec6> offsets(n, Vec6::Zero());
   if (*std::max_element(stretch.spread_s2.begin(), stretch.spread_s2.end()) == 0.0) return offsets;
@@ -37,7 +38,8 @@ std::vector<Vec6> mean_offsets(const Model<double>& model, const Stretch& stretc
   std::vector<Vec6> rate(n);
   for (std::size_t k = 0; k < n; ++k) {
     const Inputs<double>& in = k + 1 < n ? stretch.inputs[k].front().start : stretch.inputs[k - 1].back().end;
-    rate[k] = (advance<double>(model, path[k], {{in, in, in}}, kInstant_s) - path[k].head<kShipStates>()) / kInstant_s;
+    const std::vector<StepInputs<double>> instant(1, StepInputs<double>{in, in, in});
+    rate[k] = (end(path[k], instant, kInstant_s) - path[k].head<kShipStates>()) / kInstant_s;
   }
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t before = k > 0 ? k - 1 : k, after = std::min(k + 1, n - 1);
@@ -92,12 +94,22 @@ Filter::Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index co
   mean.tail<kStates - kErrorStart>() = -x.tail<kStates - kErrorStart>();
   covariance.diagonal().head<kShipStates>() = stretch.initial_sd.array().square();
   covariance.diagonal().segment<3>(kErrorStart) = sigma_w(0).array().square();
+  covariance.block<3, 3>(kErrorStart, kErrorStart) += spread(0);
   covariance.diagonal().tail<2>().setConstant(wind_sd_ * wind_sd_);
 }
 
 Vec3<double> Filter::sigma_w(std::size_t k) const {
   if (!noise_.knows_events || stretch_.event_scale.empty()) return noise_.sigma_w;
   return noise_.sigma_w.cwiseProduct(stretch_.event_scale[k]);
+}
+
+// Beyond the training data members may agree without knowing: a tenth of an input's range outside they know nothing.
+Mat3<double> Filter::spread(std::size_t k) const {
+  if (!noise_.knows_spread) return Mat3<double>::Zero();
+  const LinearStep& step = stretch_.steps[k];
+  Mat3<double> result = step.spread;
+  result.diagonal() += (std::min(step.beyond, 1.0) * stretch_.untrained_sd).cwiseAbs2();
+  return result;
 }
 
 StateMatrix Filter::transition(std::size_t k) const {
@@ -129,6 +141,7 @@ void Filter::predict(std::size_t k) {
   for (int i = 0; i < 3; ++i)
     covariance(kErrorStart + i, kErrorStart + i) +=
         sigma[i] * sigma[i] * (1.0 - A(kErrorStart + i, kErrorStart + i) * A(kErrorStart + i, kErrorStart + i));
+  covariance.block<3, 3>(kErrorStart, kErrorStart) += (1.0 - decay[0] * decay[0]) * spread(k);
   for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
   const Vec6 timing = noise_.timing_sd * stretch_.steps[k].G.rightCols<1>();
   covariance.topLeftCorner<kShipStates, kShipStates>() += timing * timing.transpose();
@@ -171,6 +184,27 @@ void Filter::take_columns(int count) {
 
 namespace {
 
+// Renews the path of a stretch as its steps are linearized: the filter takes the measurements up to each point.
+class PathFilter {
+ public:
+  PathFilter(LinearStretch& stretch, const Noise& noise) : stretch_(stretch), filter_(stretch, noise, 0) {
+    filter_.update(0, [](auto&&...) {});
+  }
+  /// When step k stands.
+  void follow(std::size_t k) {
+    filter_.predict(k);
+    filter_.update(k + 1, [](auto&&...) {});
+    if (k + 1 < kSettling) return;
+    stretch_.path[k + 1] += filter_.mean;
+    stretch_.steps[k].offset -= filter_.mean.head<kShipStates>();
+    filter_.mean.setZero();
+  }
+
+ private:
+  LinearStretch& stretch_;
+  Filter filter_;
+};
+
 // Derivatives of the steps along result.path, which the filter renews on the way if there is `noise`.
 LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::VectorXd& theta, const Noise* noise) {
   const Stretch& stretch = *result.data;
@@ -180,11 +214,8 @@ LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::Vec
   for (LinearStep& step : result.steps) step.G.resize(kShipStates, p + 1);
   Model<double> plain(ship);
   apply_uncertainty(plain, theta);
-  std::optional<Filter> filter;
-  if (noise != nullptr) {
-    filter.emplace(result, *noise, 0);
-    filter->update(0, [](auto&&...) {});
-  }
+  std::optional<PathFilter> filter;
+  if (noise != nullptr) filter.emplace(result, *noise);
   for (Eigen::Index pass = 0; pass < passes; ++pass) {
     const Eigen::Index first = pass * kDirections;  // among (x, theta)
     Eigen::Matrix<Dual, Eigen::Dynamic, 1> dual_theta = theta.head(p).cast<Dual>();
@@ -210,16 +241,55 @@ LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::Vec
       step.G.col(timing) = late - advance<double>(plain, result.path[k], stretch.inputs[k], h);
       for (int i = 0; i < kShipStates; ++i) step.offset[i] = y[i].a - result.path[k + 1][i];
       step.offset += theta[timing] * step.G.col(timing);
-      if (!filter) continue;
-      filter->predict(k);
-      filter->update(k + 1, [](auto&&...) {});
-      if (k + 1 < kSettling) continue;
-      result.path[k + 1] += filter->mean;
-      step.offset -= filter->mean.head<kShipStates>();
-      filter->mean.setZero();
+      if (filter) filter->follow(k);
     }
   }
-  result.mean_offset = mean_offsets(plain, stretch, result.path);
+  result.mean_offset =
+      mean_offsets([&](const auto& x, const auto& inputs, double h) { return advance<double>(plain, x, inputs, h); },
+                   stretch, result.path);
+  return result;
+}
+
+// The same with an ensemble.
+LinearStretch linearize(const EnsembleSimulator& simulator, LinearStretch result, const Eigen::VectorXd& theta,
+                        const Noise* noise) {
+  const Stretch& stretch = *result.data;
+  result.steps.resize(stretch.size() - 1);
+  result.initial_sd = initial_sd(simulator.ship());
+  result.untrained_sd = simulator.typical_acceleration();
+  EnsembleSteps steps(simulator);
+  std::optional<PathFilter> filter;
+  if (noise != nullptr) filter.emplace(result, *noise);
+  for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
+    const StateVector& x = result.path[k];
+    const std::vector<StepInputs<double>>& inputs = stretch.inputs[k];
+    const double h = stretch.dt_s(k) / static_cast<double>(inputs.size());
+    const EnsembleSteps::Step to = steps.step(x, inputs, h);
+    LinearStep& step = result.steps[k];
+    step.A = to.derivatives;
+    step.spread = to.spread;
+    const std::vector<double> beyond = simulator.beyond(x[2], x.segment<3>(3), inputs.front().start);
+    step.beyond = beyond.empty() ? 0.0 : *std::max_element(beyond.begin(), beyond.end());
+    step.G = steps.end(x, stretch.late_inputs[k], h) - to.end;
+    step.offset = to.end - result.path[k + 1].head<kShipStates>() + theta[0] * step.G;
+    if (filter) filter->follow(k);
+  }
+  result.mean_offset = mean_offsets(
+      [&](const auto& x, const auto& inputs, double h) { return steps.end(x, inputs, h); }, stretch, result.path);
+  return result;
+}
+
+LinearStretch begun(const Stretch& stretch, std::vector<StateVector> path) {
+  LinearStretch result{};
+  result.data = &stretch;
+  result.path = std::move(path);
+  return result;
+}
+
+LinearStretch begun(const LinearStretch& before, std::vector<Vec3<double>> event_scale) {
+  LinearStretch result = begun(*before.data, before.path);
+  result.mean_offset = before.mean_offset;
+  result.event_scale = std::move(event_scale);
   return result;
 }
 
@@ -227,20 +297,22 @@ LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::Vec
 
 LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,
                         const Eigen::VectorXd& theta) {
-  LinearStretch result{};
-  result.data = &stretch;
-  result.path = std::move(path);
-  return linearize(ship, std::move(result), theta, nullptr);
+  return linearize(ship, begun(stretch, std::move(path)), theta, nullptr);
+}
+
+LinearStretch linearize(const EnsembleSimulator& simulator, const Stretch& stretch, std::vector<StateVector> path,
+                        const Eigen::VectorXd& theta) {
+  return linearize(simulator, begun(stretch, std::move(path)), theta, nullptr);
 }
 
 LinearStretch linearize_filtered(const Ship& ship, const LinearStretch& before, const Noise& noise,
                                  std::vector<Vec3<double>> event_scale, const Eigen::VectorXd& theta) {
-  LinearStretch result{};
-  result.data = before.data;
-  result.path = before.path;
-  result.mean_offset = before.mean_offset;
-  result.event_scale = std::move(event_scale);
-  return linearize(ship, std::move(result), theta, &noise);
+  return linearize(ship, begun(before, std::move(event_scale)), theta, &noise);
+}
+
+LinearStretch linearize_filtered(const EnsembleSimulator& simulator, const LinearStretch& before, const Noise& noise,
+                                 std::vector<Vec3<double>> event_scale, const Eigen::VectorXd& theta) {
+  return linearize(simulator, begun(before, std::move(event_scale)), theta, &noise);
 }
 
 std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,

@@ -14,6 +14,7 @@
 /// Measured are eta and nu with white noise. Around a path and parameters theta,
 ///   dx(k+1) = offset + A dx(k) + G dtheta + noise.
 /// Forces would be the wrong place for the error: a lighter ship would make it cheaper (docs/gap-locate.md).
+/// Where the simulator is an ensemble, the stationary covariance of w grows by that of its members' accelerations.
 namespace leeway::gap {
 
 inline constexpr int kStates = 11, kShipStates = 6, kErrorStart = 6, kWindStart = 9;
@@ -52,6 +53,8 @@ struct LinearStep {
   Vec6 offset;                                    ///< simulator's step from the path, less the path's next point
   Eigen::Matrix<double, kShipStates, kStates> A;  ///< by x(k)
   ByRow<kShipStates> G;                           ///< by theta
+  Mat3<double> spread = Mat3<double>::Zero();     ///< covariance of the members' accelerations, where an ensemble steps
+  double beyond = 0.0;  ///< farthest that an input lies beyond the training data, see EnsembleSimulator::beyond()
 };
 
 /// A stretch with the model linearized along a path.
@@ -62,6 +65,7 @@ struct LinearStretch {
   std::vector<Vec6> mean_offset;          ///< of the mean that is measured about a point, from the path's value there
   std::vector<Vec3<double>> event_scale;  ///< factors on sigma_w at each point: above 1 in events; empty: 1
   Vec6 initial_sd = Vec6::Zero();         ///< of the first point around the path: wide
+  Vec3<double> untrained_sd = Vec3<double>::Zero();  ///< of the acceleration error where an ensemble was not trained
 };
 
 /// Levels of the noise.
@@ -78,13 +82,17 @@ struct Noise {
   /// is not known, and a straight line is wrong by up to a third of the time between.
   double timing_sd = 2.0;
   bool knows_events = true;  ///< whether LinearStretch::event_scale counts
+  bool knows_spread = true;  ///< whether what the members of an ensemble know counts: LinearStep::spread and beyond
 };
 
 /// The measurements as a path to start from: holes are bridged linearly and what is not recorded is zero (the heading:
 /// the integral of the yaw rate), without error states.
 std::vector<StateVector> measured_path(const Stretch& stretch);
 
-/// Derivatives by automatic differentiation through the Runge-Kutta steps, along a given path.
+/// Derivatives by automatic differentiation through the Runge-Kutta steps, along a given path; those of an ensemble by
+/// differences, with theta the timing alone.
+LinearStretch linearize(const EnsembleSimulator& simulator, const Stretch& stretch, std::vector<StateVector> path,
+                        const Eigen::VectorXd& theta);
 LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,
                         const Eigen::VectorXd& theta);
 /// The same along the path that the filter itself takes from the measurements up to each point (extended Kalman
@@ -92,6 +100,8 @@ LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<St
 /// would look like an effect. The first kSettling points, where the filter settles, stay as they are.
 ///   before  the stretch about a path near by: its path and mean_offset are used
 inline constexpr std::size_t kSettling = 5;
+LinearStretch linearize_filtered(const EnsembleSimulator& simulator, const LinearStretch& before, const Noise& noise,
+                                 std::vector<Vec3<double>> event_scale, const Eigen::VectorXd& theta);
 LinearStretch linearize_filtered(const Ship& ship, const LinearStretch& before, const Noise& noise,
                                  std::vector<Vec3<double>> event_scale, const Eigen::VectorXd& theta);
 
@@ -149,6 +159,7 @@ class Filter {
     StateVector gain;
   };
   Vec3<double> sigma_w(std::size_t k) const;
+  Mat3<double> spread(std::size_t k) const;
   /// What measurements do to the columns: a few columns at a time, which stay in registers.
   void take_columns(int count);
   template <int width>

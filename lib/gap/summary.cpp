@@ -128,8 +128,9 @@ void add_where(Screen& screen, const Findings& findings) {
     screen.item("When",
                 first_of(located.intervals, 3, 3,
                          [](const Interval& i) {
-                           return fmt::format("{} {:.4g} to {:.4g} s, {} ({})", i.recording, i.t_start_s, i.t_end_s,
-                                              kAxisNames.at(static_cast<std::size_t>(i.axis)), p_value(i.p_value));
+                           return fmt::format("{} {:.4g} to {:.4g} s, {} ({}{})", i.recording, i.t_start_s, i.t_end_s,
+                                              kAxisNames.at(static_cast<std::size_t>(i.axis)), p_value(i.p_value),
+                                              i.is_untrained() ? fmt::format("; {}", kUntrained) : "");
                          }),
                 3);
   if (!located.frames.empty() && located.frames.front().log_evidence > kStrong)
@@ -154,6 +155,9 @@ std::string next_step(const Findings& findings) {
     return "check that these are recordings of this ship, at this scale and draft; then gap-explain";
   if (!findings.fit.converged)
     return "the fit has not converged: do not rely on the above; check the ship's particulars and the recordings";
+  if (findings.verdict == Verdict::undecided && !findings.located.intervals.empty() &&
+      findings.located.intervals.front().is_untrained())
+    return "train the ensemble with maneuvers like those of the intervals above; locate.json says which inputs";
   switch (findings.verdict) {
     case Verdict::mismatch:
       return "gap-explain, to name what is missing; report.html shows when and where";

@@ -25,6 +25,7 @@ std::vector<UncertainParameter> uncertain_parameters(const Ship& ship);
 /// How much later the actuators moved than the recording's samples, joined by lines, say; 1 is a tenth of the sampling
 /// time. Without it, actuators sampled once a second look like late ones.
 inline constexpr const char* kTiming = "actuators.timing";
+UncertainParameter timing_parameter();
 
 /// Multiplies the parameters of a model by exp(theta), in the order of uncertain_parameters(); the timing is left
 /// alone.

@@ -22,7 +22,8 @@ std::string_view word(Verdict verdict) {
 }
 
 std::string headline(const Findings& findings) {
-  const std::string& ship = findings.ship.empty() ? "the ship" : findings.ship;
+  const std::string ship = findings.ship.empty() ? "the ship" : findings.ship;
+  const std::string simulator = findings.ensemble ? "ensemble " + findings.ensemble->name : "simulator of " + ship;
   if (findings.grossly_inconsistent && findings.verdict != Verdict::no_mismatch)
     return fmt::format(
         "The recordings are far from the simulator of {}: another ship, scale or draft, or several things left out at "
@@ -30,14 +31,15 @@ std::string headline(const Findings& findings) {
         ship);
   switch (findings.verdict) {
     case Verdict::mismatch:
-      return fmt::format("The simulator of {} and the recordings differ by more than noise and stated uncertainty.",
-                         ship);
+      return fmt::format("The {} and the recordings differ by more than noise and {}.", simulator,
+                         findings.ensemble ? "the members' spread" : "stated uncertainty");
     case Verdict::no_mismatch:
-      return fmt::format("The recordings agree with the simulator of {} within noise and stated uncertainty.", ship);
+      return fmt::format("The recordings agree with the {} within noise and {}.", simulator,
+                         findings.ensemble ? "the members' spread" : "stated uncertainty");
     case Verdict::undecided:
       break;
   }
-  return fmt::format("These recordings do not decide whether the simulator of {} lacks something.", ship);
+  return fmt::format("These recordings do not decide whether the {} lacks something.", simulator);
 }
 
 std::string headline(const Explanation& explanation) {

@@ -11,6 +11,9 @@ namespace leeway::gap {
 /// "mismatch", "no-mismatch", "undecided".
 std::string_view word(Verdict verdict);
 
+/// The cause of an interval in which an ensemble was not trained.
+inline constexpr const char* kUntrained = "untrained region";
+
 /// The verdict as one sentence.
 std::string headline(const Findings& findings);
 

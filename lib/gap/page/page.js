@@ -274,6 +274,15 @@
       'Model error: standard deviation of the acceleration that the simulator lacks to follow the recordings' +
           (known(sigma.tau_s) && sigma.tau_s > 0 ? `, correlated over ${short(sigma.tau_s)} s.` : '.')));
 
+  if (findings.ensemble) {
+    const {name, members, outside_share: outside, members_sd: sd} = findings.ensemble;
+    hero.append(element(
+        'p', {class: 'note'},
+        `Simulator: the ensemble ${name} of ${members} networks. Standard deviation of their accelerations: surge ` +
+            `${short(1e3 * sd.surge_mps2, 2)}, sway ${short(1e3 * sd.sway_mps2, 2)} mm/s\u00b2, yaw ` +
+            `${short(sd.yaw_degps2, 2)} deg/s\u00b2. Beyond the training data: ${percent(outside)} of the points.`));
+  }
+
   const warn = (text) => hero.append(element('div', {class: 'warning'}, text));
   for (const reading of conventions.contradicted) warn(reading.sentence);
   for (const fault of audit.faults)
@@ -496,6 +505,7 @@
   }
 
   // When.
+  const isUntrained = (interval) => interval.cause === 'untrained region';
   const intervalsOf = (recording) =>
       located.intervals.filter((i) => i.recording === recording.recording && i.file === recording.file);
   const drawn = recordings.filter((recording) => recording.lines.some((line) => line.t_s.length > 1));
@@ -558,7 +568,11 @@
               bands: {
                 list: () => intervalsOf(current).map(
                     (i) =>
-                        ({from: i.t_start_s, to: i.t_end_s, color: clear(COLOR.located, i.dof === axis ? 0.34 : 0.13)}))
+                        ({
+                          from: i.t_start_s,
+                          to: i.t_end_s,
+                          color: clear(isUntrained(i) ? COLOR.grey : COLOR.located, i.dof === axis ? 0.34 : 0.13)
+                        }))
               },
               marks: {axis: 'y', values: [0], color: '#9aa5b1'},
               tooltip: {
@@ -575,6 +589,7 @@
       [clear(COLOR.located, 0.5), 'located interval, on the axis where it shows most'],
       [clear(COLOR.located, 0.2), 'the same interval on the other axes'],
     ];
+    if (located.intervals.some(isUntrained)) shades.push([clear(COLOR.grey, 0.5), 'for which the ensemble was not trained']);
     when.append(legend(
         ...(located.intervals.length > 0 ? shades : []), [clear(COLOR.grey, 0.35), 'two standard deviations'],
         ...(explanation?.residuals_after.length > 0 ? [['#1c2733', 'with what was missing']] : [])));
@@ -593,6 +608,11 @@
       where.append(grid);
       if (located.intervals.length > 0) {
         const shown = located.intervals.slice(0, 40);
+        const ensembleColumns = [
+          {name: 'Beyond the training data', of: (i) => percent(i.training.outside_share), kind: 'number'},
+          {name: 'Mean / members\' sd', of: (i) => short(i.training.mismatch_by_members_sd, 2), kind: 'number'},
+          {name: 'Cause', of: (i) => i.cause ?? 'not known'},
+        ];
         const intervals = table(
             [
               {name: 'Recording', of: (i) => i.recording, kind: 'name'},
@@ -606,6 +626,7 @@
                 kind: 'number'
               },
               {name: 'p', of: (i) => pValue(i.p_value), kind: 'number'},
+              ...(findings.ensemble ? ensembleColumns : []),
             ],
             shown);
         shown.forEach((interval, row) => {
