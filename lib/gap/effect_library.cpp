@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include <fmt/format.h>
+
 namespace leeway::gap {
 namespace {
 
@@ -123,7 +125,7 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
       }
     }
     if (entry.count == 0) {
-      not_applicable_.push_back(name + ": " + problem);
+      not_applicable_.push_back(fmt::format("{}: {}", name, problem));
       continue;
     }
     const EffectParameter& first = catalogue[type].parameters.front();

@@ -124,12 +124,11 @@ EnsembleSteps::Step EnsembleSteps::advance(const Eigen::Matrix<double, 11, 1>& x
   // Central differences by heading, velocities and, where the ensemble sees it, wind: two columns each after the first.
   std::vector<std::pair<Eigen::Index, double>> differences;  // place in x, step
   if (with_derivatives) {
-    differences.emplace_back(2, 0.01);
+    differences.push_back({2, 0.01});
     for (Eigen::Index i = 0; i < 3; ++i)
-      differences.emplace_back(3 + i, kDifference * spreads[static_cast<std::size_t>(i)].sd);
+      differences.push_back({3 + i, kDifference * spreads[static_cast<std::size_t>(i)].sd});
     if (header.inputs.wind)
-      for (Eigen::Index i = 0; i < 2; ++i)
-        differences.emplace_back(9 + i, kDifference * spreads[spreads.size() - 2].sd);
+      for (Eigen::Index i = 0; i < 2; ++i) differences.push_back({9 + i, kDifference * spreads[spreads.size() - 2].sd});
   }
   const Eigen::Index n = 1 + 2 * static_cast<Eigen::Index>(differences.size());
   const auto members = static_cast<double>(ensemble.members());
