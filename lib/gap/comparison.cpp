@@ -397,13 +397,28 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
   }
   if (!best) return std::nullopt;
   settle_tolerance(*best);
-  if (is_between_samples(*best)) return std::nullopt;
+  if (is_between_samples(*best) || is_another_effect(*best)) return std::nullopt;
   const Blocks blocks = blocks_of(campaign_, best->fit, best->fit.noise, {0, nullptr}, options_.jobs);
   best->fold_evidence = fold_evidence(best->fit, blocks, folds_);
   best->kappa = overdispersion_of(best->fit, blocks);
   std::tie(best->gain, best->gain_sd) = gain(*best, none());
   all_.push_back(std::move(*best));
   return all_.size() - 1;
+}
+
+// Noise levels may rest in a better place than with the effect that it then is, so that evidence alone does not tell.
+bool Comparison::is_another_effect(const Fitted& fitted) const {
+  const Coordinates z = coordinates_of(fitted.fit);
+  for (const EffectSpan& span : spans_of(fitted.hypothesis)) {
+    std::vector<Eigen::Index> places = fitted.hypothesis.effects[span.effect].beside_vector();
+    if (places.empty()) continue;
+    for (Eigen::Index& place : places) place += span.first;
+    const Eigen::VectorXd own = z.mean(places);
+    const Eigen::MatrixXd covariance = z.covariance(places, places);
+    const double statistic = own.dot(covariance.llt().solve(own)) / fitted.kappa;
+    if (chi_squared_survival(statistic, static_cast<double>(places.size())) > options_.false_alarm) return true;
+  }
+  return false;
 }
 
 bool Comparison::is_between_samples(const Fitted& fitted) const {

@@ -58,7 +58,8 @@ class Comparison {
   std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice);
 
   /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted, or lets
-  /// the rudders act no otherwise than they may have between samples, or than their angles are known.
+  /// the rudders act no otherwise than they may have between samples, or than their angles are known, or is no
+  /// more than another effect (a sheared current without shear).
   std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts);
 
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
@@ -77,6 +78,7 @@ class Comparison {
  private:
   bool is_significant(const Fitted& fitted) const;
   bool is_between_samples(const Fitted& fitted) const;
+  bool is_another_effect(const Fitted& fitted) const;
   void settle_tolerance(Fitted& fitted);
   std::vector<Candidate> candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const;
 

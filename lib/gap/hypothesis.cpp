@@ -89,6 +89,17 @@ bool FreeEffect::has_bare_direction() const {
                      [](const Coordinate& c) { return is_direction(c.prior); });
 }
 
+std::vector<Eigen::Index> FreeEffect::beside_vector() const {
+  std::vector<Eigen::Index> places;
+  if (!direction_ || std::isnan(parameters_[*direction_].otherwise)) return places;
+  Eigen::Index at = 0;
+  for (const Coordinate& c : coordinates_) {
+    if (!c.is_vector()) places.push_back(at);
+    at += c.is_vector() ? 2 : 1;
+  }
+  return places;
+}
+
 std::optional<Eigen::VectorXd> FreeEffect::neutral() const {
   Eigen::VectorXd z = Eigen::VectorXd::Zero(size());
   Eigen::Index at = 0;
