@@ -51,9 +51,10 @@ class Results:
                 found[set_of(row["recording"])].append((float(row["eucl"]), maha, np.sqrt(np.sum(np.square(sd)))))
         return {name: dict(zip(("eucl", "maha", "spread"), np.array(rows).T)) for name, rows in found.items()}
 
-    def sweep(self, members):
+    def sweep(self, members, trained_on="berthings"):
         """(gains K_P, gains K_D, {column: (K_D, K_P) scores}) of a sweep with the first members."""
-        return read_sweep(self.folder / "pd" / f"sweep-{members}.csv")
+        name = {"berthings": "sweep", "turns": "turns-sweep"}[trained_on]
+        return read_sweep(self.folder / "pd" / f"{name}-{members}.csv")
 
     def train_seconds(self, name, members=None):
         """CPU time of a training; of the first members only, where they are a part of it."""
