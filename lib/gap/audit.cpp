@@ -696,12 +696,14 @@ struct Search {
 
   static const FaultCandidate& last(const FaultModel& model) { return fault_library()[model.members.back()]; }
 
-  // The best of the tried: by held-out likelihood; of variants of one name the simpler unless the other is
-  // clearly better.
-  std::size_t best(const std::vector<FaultModel>& tried) const {
+  // The best of the tried: by held-out likelihood, of those that are significant if any is; of variants of one name the
+  // simpler unless the other is clearly better.
+  //   p  of each
+  std::size_t best(const std::vector<FaultModel>& tried, const std::vector<double>& p) const {
+    const auto worth = [&](std::size_t c) { return std::pair(p[c] < options.false_alarm, tried[c].heldout.sum()); };
     std::size_t best = 0;
     for (std::size_t c = 1; c < tried.size(); ++c)
-      if (tried[c].heldout.sum() > tried[best].heldout.sum()) best = c;
+      if (worth(c) > worth(best)) best = c;
     const auto is_clear = [](const Gain& gain) { return gain.is_certain() && gain.total > 2.0; };
     // Clocks are relative, so that one late channel can be told as the others being early: sensors are late.
     // Early positions stand for all others being late.
@@ -713,13 +715,15 @@ struct Search {
     if (latency(best) < 0.0) {
       std::optional<std::size_t> late;
       for (std::size_t c = 0; c < tried.size(); ++c)
-        if (latency(c) > 0.0 && !is_clear(heldout_gain(tried[best], tried[c])) &&
+        if (latency(c) > 0.0 && worth(c).first == worth(best).first && !is_clear(heldout_gain(tried[best], tried[c])) &&
             (!late || tried[c].heldout.sum() > tried[*late].heldout.sum()))
           late = c;
       if (late) best = *late;
     }
     for (std::size_t c = 0; c < best; ++c)
-      if (last(tried[c]).name == last(tried[best]).name && !is_clear(heldout_gain(tried[best], tried[c]))) return c;
+      if (last(tried[c]).name == last(tried[best]).name && worth(c).first == worth(best).first &&
+          !is_clear(heldout_gain(tried[best], tried[c])))
+        return c;
     return best;
   }
 };
@@ -781,9 +785,8 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   const auto is_small = [&](const FaultModel& of, std::size_t place) {
     return by_smallest(fitter, of.members[place], fitter.own_numbers(of, place)) < 1.0;
   };
-  // Standard errors by which a fault must predict better: where the p-value is tiny, one is enough.
-  const double rate = options.false_alarm;
-  const auto needed = [rate](double p_value) { return p_value < rate * rate ? 1.0 : 2.0; };
+  // Standard errors by which a fault must predict better: where the p-value is a tenth of the rate, one is enough.
+  const auto needed = [&](double p_value) { return p_value < 0.1 * options.false_alarm ? 1.0 : 2.0; };
   for (std::size_t stage = 0, faults = 0, absorbed = 0; faults < kMostFaults && absorbed < kMostAbsorbed; ++stage) {
     const std::vector<FaultModel> tried = search.tried(model);
     if (tried.empty()) break;
@@ -801,7 +804,7 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
       std::stable_sort(result.hypotheses.begin(), result.hypotheses.end(),
                        [](const Fault& a, const Fault& b) { return a.heldout_gain > b.heldout_gain; });
     }
-    const std::size_t best = search.best(tried);
+    const std::size_t best = search.best(tried, p);
     if (!heldout_gain(tried[best], model).is_certain(needed(p[best])) || !(p[best] < options.false_alarm)) break;
     model = tried[best];
     // What is real but too small to matter stays in the model, so that it does not feign another fault.
@@ -814,10 +817,10 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
     for (std::size_t m = 0; m < model.members.size() && model.members.size() > 1; ++m) {
       const FaultModel base = fitter.without(model, m);
       const std::vector<FaultModel> tried = search.tried(base);
-      const std::size_t first = search.best(tried);
-      const FaultModel& best = tried[first];
       const std::vector<double> p =
           family_p_values(fitter, base, tried, RandomStream(options.seed, "audit sign flips", 1000 + m));
+      const std::size_t first = search.best(tried, p);
+      const FaultModel& best = tried[first];
       if (!heldout_gain(best, base).is_certain(needed(p[first]))) {
         model = base;
         has_changed = true;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include <fmt/format.h>
@@ -16,6 +17,8 @@ namespace {
 
 constexpr std::size_t kFewestPoints = 20;  // of a stretch: about two correlation times of the model error
 constexpr std::size_t kMostPoints = 1500;  // then a new stretch begins, so that threads share long recordings
+constexpr double kIndependent = 2.0;   // correlation times of the noise after which a measurement tells something new
+constexpr double kMostLeftOut = 10.0;  // points of the grid between two measurements
 
 double median_interval(const std::vector<double>& t) {
   std::vector<double> steps;
@@ -77,6 +80,56 @@ std::vector<Point> binned(const Trajectory& recording, std::size_t first, double
     i = end;
   }
   return points;
+}
+
+// Time over which the noise of each measured channel is correlated; 0: from point to point it is not. Quick turns look
+// like correlated noise of heading and yaw rate, and hide it: they have what most of the others have.
+Vec6 correlation_s(const std::vector<Trajectory>& recordings) {
+  constexpr std::array kTold{Channel::u, Channel::vm, Channel::x0, Channel::y0};
+  Vec6 result = Vec6::Zero();
+  std::vector<double> correlated;
+  std::size_t told = 0;
+  for (const ChannelQuality& quality : channel_qualities(recordings)) {
+    if (std::find(kTold.begin(), kTold.end(), quality.channel) == kTold.end()) continue;
+    ++told;
+    if (quality.correlation_s > 0.0) correlated.push_back(quality.correlation_s);
+    for (std::size_t c = 0; c < kMeasured.size(); ++c)
+      if (kMeasured[c] == quality.channel) result[static_cast<Eigen::Index>(c)] = quality.correlation_s;
+  }
+  if (4 * correlated.size() < 3 * told || correlated.empty()) return result;
+  std::nth_element(correlated.begin(), correlated.begin() + static_cast<std::ptrdiff_t>(correlated.size() / 2),
+                   correlated.end());
+  for (std::size_t c = 0; c < kMeasured.size(); ++c)
+    if (kMeasured[c] == Channel::psi || kMeasured[c] == Channel::r)
+      result[static_cast<Eigen::Index>(c)] = correlated[correlated.size() / 2];
+  return result;
+}
+
+// The filter takes noise as independent from point to point. Where it is not, most measurements would tell little that
+// the one before has not told, and be believed: they are left out.
+void leave_out_repeated_noise(Campaign& campaign) {
+  const Vec6 correlation = correlation_s(campaign.recordings);
+  std::map<double, std::vector<std::string>> thinned;
+  for (Eigen::Index c = 0; c < correlation.size(); ++c) {
+    const double every = std::min(std::ceil(kIndependent * correlation[c] / campaign.step_s - 0.25), kMostLeftOut);
+    if (every < 2.0) continue;
+    const double apart_s = (every - 0.25) * campaign.step_s;
+    for (Stretch& stretch : campaign.stretches) {
+      double last_s = -std::numeric_limits<double>::infinity();
+      for (std::size_t k = 0; k < stretch.size(); ++k) {
+        double& measured = stretch.measured[k][c];
+        if (std::isnan(measured)) continue;
+        if (stretch.t_s[k] - last_s < apart_s)
+          measured = kMissing;
+        else
+          last_s = stretch.t_s[k];
+      }
+    }
+    thinned[every * campaign.step_s].push_back(column_name(kMeasured[static_cast<std::size_t>(c)]));
+  }
+  for (const auto& [every_s, columns] : thinned)
+    campaign.notices.push_back(fmt::format("the noise of {} is correlated; of it, a measurement every {:.3g} s is used",
+                                           fmt::join(columns, ", "), every_s));
 }
 
 }  // namespace
@@ -257,6 +310,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
   campaign.step_s = steps[steps.size() / 2];
   campaign.own_effects.resize(recordings.size());
   campaign.recordings = std::move(recordings);
+  leave_out_repeated_noise(campaign);
   return campaign;
 }
 

@@ -73,9 +73,10 @@ struct CampaignOptions {
 };
 
 /// Puts recordings on the filter's grid. Fast recordings are thinned: a point is the mean of the samples in its time
-/// bin, at their mean time, so that nothing is interpolated; a missing sample stays missing. Actuators and wind are
-/// linear between their samples. Throws InputError for a recording that lacks a column the simulator needs, for two
-/// recordings with the same contents, and if nothing is long enough.
+/// bin, at their mean time, so that nothing is interpolated; a missing sample stays missing. Of a channel whose noise
+/// is correlated, measurements stay that are about two correlation times apart. Actuators and wind are linear between
+/// their samples. Throws InputError for a recording that lacks a column the simulator needs, for two recordings with
+/// the same contents, and if nothing is long enough.
 Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const CampaignOptions& options);
 
 }  // namespace leeway::gap

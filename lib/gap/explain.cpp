@@ -31,8 +31,8 @@ constexpr double kOfPlaces = 5.0;     // nats for a residual that depends on the
 constexpr double kSameFactor = 1e-3;  // of a coefficient: what is nearer to 1 is not written down
 constexpr double kNegligible = 0.05;  // of the evidence of what is named: what is left is not worth a word
 
-// What is left beside a hypothesis: the screen around its fit.
-Detection left_beside(const Campaign& campaign, const Fitted& fitted, const GapExplainOptions& options) {
+// The p-value of what is left beside a hypothesis: effects of the catalogue around its fit, and intervals.
+double left_beside(const Campaign& campaign, const Fitted& fitted, const GapExplainOptions& options) {
   const Coordinates z = coordinates_of(fitted.fit);
   Campaign with = campaign;
   for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
@@ -54,7 +54,12 @@ Detection left_beside(const Campaign& campaign, const Fitted& fitted, const GapE
   detect_options.jobs = options.locate.jobs;
   detect_options.seed = options.locate.seed;
   detect_options.refitted = 3;
-  return detect(with, fit, library, detect_options);
+  LocateOptions locate_options;
+  locate_options.false_alarm = options.locate.false_alarm;
+  locate_options.jobs = options.locate.jobs;
+  locate_options.seed = options.locate.seed;
+  return std::min(1.0, 2.0 * std::min(detect(with, fit, library, detect_options).p_value,
+                                      strongest_interval(with, fit, locate_options)));
 }
 
 // How well a delay can be known [s]: what actuators do between samples is not.
@@ -62,6 +67,11 @@ double timing_sd_s(const Campaign& campaign) {
   double sample_s = 0.0;
   for (const Stretch& stretch : campaign.stretches) sample_s = std::max(sample_s, stretch.sample_s);
   return 2.0 * kTimingShare * sample_s;
+}
+
+// Whether terms stand for what the catalogue does not hold.
+bool has_terms(const std::vector<std::string>& names) {
+  return std::find(names.begin(), names.end(), "unknown") != names.end();
 }
 
 Explained told(const Fitted& fitted, const Fitted& none, const Campaign& campaign) {
@@ -290,22 +300,27 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   }
   if (is_searched && acts_at_times)
     better(comparison.add(0, comparison.starts_with(0, "tug", tug_in(findings.located.intervals.front(), campaign))));
+  if (is_searched) {
+    progress(0.74, "terms of what the catalogue does not hold");
+    better(comparison.add(0, comparison.terms_beside(0)));
+  }
   const auto choice_of = [&](const std::string& effect) {
     return effect == "tug" ? tug_in(findings.located.intervals.front(), campaign) : FreeEffect::Choice();
   };
-  // Not the best, but what predicts better what was left out.
+  // Of all, the one that will be stated as likeliest, if it predicts better what was left out.
   const std::vector<double> stated = comparison.probabilities();
-  const bool is_certain = (findings.detection.p_value < options.locate.false_alarm && stated[best] > stated[0]) ||
-                          comparison.log_odds(best) > kStrong;
-  std::size_t chosen = is_certain && comparison.holds(best, 0, findings.detection.p_value) ? best : 0;
+  best = static_cast<std::size_t>(std::max_element(stated.begin() + 1, stated.end()) - stated.begin());
+  if (best == stated.size()) best = 0;
+  const bool is_likelier = findings.detection.p_value < options.locate.false_alarm && stated[best] > stated[0];
+  const bool is_certain = is_likelier || comparison.log_odds(best) > kStrong;
+  std::size_t chosen = is_certain && comparison.holds(best, 0, is_likelier ? 0.0 : 1.0) ? best : 0;
   double left_p = chosen == 0 ? findings.detection.p_value : 1.0;
   bool is_negligible = false;  // what is left
   while (chosen != 0) {
     const std::size_t size = comparison.all()[chosen].hypothesis.names().size();
     progress(0.75 + 0.04 * static_cast<double>(size),
              "what is left beside " + comparison.all()[chosen].hypothesis.name());
-    const Detection left = left_beside(campaign, comparison.all()[chosen], options);
-    left_p = left.p_value;
+    left_p = left_beside(campaign, comparison.all()[chosen], options);
     if (size >= options.most_effects) break;
     // A p-value is against everything that may be left; one effect can be certain where that is not small.
     const bool is_left = left_p < options.locate.false_alarm;
@@ -324,19 +339,20 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     is_negligible = false;
   }
   // What the catalogue does not hold, in a few terms.
-  if (left_p < options.locate.false_alarm && !is_negligible && is_searched) {
+  if (left_p < options.locate.false_alarm && !is_negligible && is_searched &&
+      !has_terms(comparison.all()[chosen].hypothesis.names())) {
     progress(0.86, "terms for what is left");
     const auto added = comparison.add(chosen, comparison.terms_beside(chosen));
     if (added && comparison.holds(*added, chosen, left_p) && comparison.log_odds(*added) > comparison.log_odds(best)) {
       chosen = *added;
-      left_p = left_beside(campaign, comparison.all()[chosen], options).p_value;
+      left_p = left_beside(campaign, comparison.all()[chosen], options);
     }
   }
   // One that was taken first may have stood in for two others.
   for (bool is_shorter = chosen != 0; is_shorter;) {
     is_shorter = false;
     const std::vector<std::string> names = comparison.all()[chosen].hypothesis.names();
-    if (names.size() < 2 || names.back() == "unknown") break;
+    if (names.size() < 2 || has_terms(names)) break;
     for (std::size_t out = 0; out < names.size() && !is_shorter; ++out) {
       std::optional<std::size_t> reduced = std::size_t{0};
       for (std::size_t i = 0; i < names.size() && reduced; ++i)
@@ -381,6 +397,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       findings.detection.p_value >= options.locate.false_alarm * options.locate.false_alarm &&
       explanation.verdict == Verdict::mismatch)
     explanation.verdict = Verdict::undecided;
+  // Likelier than nothing, but not shown.
+  if (chosen == 0 && stated[best] > stated[0] && explanation.verdict == Verdict::no_mismatch)
+    explanation.verdict = Verdict::undecided;
   if (explanation.verdict == Verdict::mismatch && is_something) {
     const double L = ship.particulars.L_pp;
     const double taken = 1.0 - energy(answer.fit.noise.sigma_w, L) / energy(findings.fit.sigma_w, L);
@@ -390,10 +409,12 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     const auto names = [&](const char* name) {
       return std::find(explanation.chosen.begin(), explanation.chosen.end(), name) != explanation.chosen.end();
     };
-    if (!explanation.is_complete && !names("unknown")) {
+    // Beside what is named, its own form may be a little other than the catalogue's.
+    const double rate = options.locate.false_alarm;
+    if (!explanation.is_complete && !names("unknown") && (explanation.chosen.empty() || left_p < rate * rate)) {
       explanation.chosen.push_back("unknown");
       const std::vector<std::string> fitted = answer.hypothesis.names();  // with terms for it, or without
-      if (fitted.empty() || fitted.back() != "unknown") add_unknown(explanation, fitted, left_p);
+      if (!has_terms(fitted)) add_unknown(explanation, fitted, left_p);
     }
   }
   add_sensors(explanation, findings);

@@ -878,6 +878,12 @@ std::vector<Residual> residuals(const Campaign& campaign, const FittedNull& fit)
   return result;
 }
 
+double strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options) {
+  double p_value = 1.0;
+  scan(campaign, fit, block_evidence(campaign, fit, {}, options.jobs), options, p_value);
+  return p_value;
+}
+
 Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options) {
   Location result;
   const std::vector<Module> modules = modules_of(campaign, fit);

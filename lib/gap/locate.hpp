@@ -30,6 +30,9 @@ struct Location {
 /// there; probability above 0.1 %).
 Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
 
+/// The p-value of the strongest interval alone.
+double strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
+
 /// The smoothed residual along each recording.
 std::vector<Residual> residuals(const Campaign& campaign, const FittedNull& fit);
 

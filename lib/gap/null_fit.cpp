@@ -59,11 +59,17 @@ Noise first_noise(const Campaign& campaign) {
   const Vec6 least = (Vec6() << 1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-5).finished();
   for (int i = 0; i < kShipStates; ++i) {
     std::vector<double> differences;
-    for (const Stretch& stretch : campaign.stretches)
-      for (std::size_t k = 2; k < stretch.size(); ++k) {
-        const double d = stretch.measured[k][i] - 2.0 * stretch.measured[k - 1][i] + stretch.measured[k - 2][i];
-        if (std::isfinite(d)) differences.push_back(d);
+    for (const Stretch& stretch : campaign.stretches) {
+      std::vector<std::size_t> known;
+      for (std::size_t k = 0; k < stretch.size(); ++k) {
+        if (std::isnan(stretch.measured[k][i])) continue;
+        known.push_back(k);
+        const std::size_t n = known.size();
+        if (n < 3 || known[n - 1] - known[n - 2] != known[n - 2] - known[n - 3]) continue;
+        differences.push_back(stretch.measured[k][i] - 2.0 * stretch.measured[known[n - 2]][i] +
+                              stretch.measured[known[n - 3]][i]);
       }
+    }
     noise.measurement_sd[i] = std::max(robust_sd(differences) / std::sqrt(6.0), least[i]);
   }
   noise.measurement_sd.head<2>().setConstant(noise.measurement_sd.head<2>().maxCoeff());

@@ -12,9 +12,6 @@
 namespace leeway::gap {
 namespace {
 
-constexpr int kDirections = 16;
-using Dual = ceres::Jet<double, kDirections>;
-
 // Variance that keeps what is not excited (no wind, no position) invertible, far below what matters.
 constexpr double kTiny = 1e-14;
 // Columns that a filter moves at a time: two AVX vectors.
@@ -184,6 +181,91 @@ void Filter::take_columns(int count) {
 
 namespace {
 
+// Derivatives of advance(). By the state and the wind's error: by automatic differentiation through the Runge-Kutta
+// steps. By theta, of which there are many: those of the acceleration in the middle of each substep, carried to its end
+// (midpoint rule), which is about a hundredth off. A kick's are exact.
+class Derivatives {
+ public:
+  Derivatives(const Ship& ship, const Eigen::VectorXd& theta) : plain_(ship), by_state_(ship), theta_(theta) {
+    apply_uncertainty(plain_, theta);
+    apply_uncertainty(by_state_, theta);
+    for (Eigen::Index first = 0; first < theta.size(); first += kDirections) {
+      Eigen::Matrix<ByTheta, Eigen::Dynamic, 1> dual = theta.cast<ByTheta>();
+      for (Eigen::Index j = 0; j < std::min<Eigen::Index>(kDirections, theta.size() - first); ++j)
+        dual[first + j].v[j] = 1.0;
+      apply_uncertainty(by_theta_.emplace_back(ship), dual);
+    }
+    acceleration_by_theta_.resize(3, theta.size());
+  }
+
+  const Model<double>& plain() const { return plain_; }
+
+  /// The end of the step; A and the part of G that is not the timing's are written.
+  Vec6 advance(const StateVector& x, const std::vector<StepInputs<double>>& inputs, double h_s, LinearStep& step) {
+    Vec6 state = x.head<kShipStates>();
+    auto G = step.G.leftCols(theta_.size());
+    step.A.leftCols<kShipStates>().setIdentity();
+    step.A.rightCols<kStates - kShipStates>().setZero();
+    G.setZero();
+    const auto kick = [&] {
+      state.tail<3>() += 0.5 * h_s * x.segment<3>(kErrorStart);
+      step.A.block<3, 3>(3, kErrorStart).diagonal().array() += 0.5 * h_s;
+    };
+    for (const StepInputs<double>& in : inputs) {
+      kick();
+      const Vec6 begin = state;
+      Eigen::Matrix<ByState, kShipStates, 1> dual = begin.cast<ByState>();
+      for (int i = 0; i < kShipStates; ++i) dual[i].v[i] = 1.0;
+      Vec2<ByState> wind_error = x.tail<2>().cast<ByState>();
+      for (int i = 0; i < 2; ++i) wind_error[i].v[kShipStates + i] = 1.0;
+      const ShipState<ByState> end =
+          integrate(by_state_, ShipState<ByState>{dual.head<3>(), dual.tail<3>()}, with_error(in, wind_error), h_s);
+      Eigen::Matrix<double, kShipStates, kShipStates> F;
+      Eigen::Matrix<double, kShipStates, 2> W;
+      for (int i = 0; i < kShipStates; ++i) {
+        const ByState& y = i < 3 ? end.eta[i] : end.nu[i - 3];
+        state[i] = y.a;
+        F.row(i) = y.v.head<kShipStates>();
+        W.row(i) = y.v.tail<2>();
+      }
+      step.A = F.lazyProduct(step.A).eval();
+      step.A.rightCols<2>() += W;
+      if (&in != &inputs.front()) G = F.lazyProduct(G).eval();
+      find_acceleration_by_theta(0.5 * (begin + state), with_error(in, Vec2<double>(x.tail<2>())).middle);
+      Eigen::Matrix<double, kShipStates, 3> from_middle = 0.5 * h_s * F.rightCols<3>();
+      from_middle.bottomRows<3>().diagonal().array() += 0.5 * h_s;
+      G += from_middle.lazyProduct(acceleration_by_theta_);
+      kick();
+    }
+    return state;
+  }
+
+ private:
+  using ByState = ceres::Jet<double, kShipStates + 2>;
+  static constexpr int kDirections = 16;
+  using ByTheta = ceres::Jet<double, kDirections>;
+
+  void find_acceleration_by_theta(const Vec6& over_ground, const Inputs<double>& in) {
+    ShipState<double> at{over_ground.head<3>(), over_ground.tail<3>()};
+    if (plain_.effects.moves_water()) at.nu -= water_velocity(plain_, at.eta, in.t_s);
+    const ShipState<ByTheta> state{at.eta.cast<ByTheta>(), at.nu.cast<ByTheta>()};
+    const Inputs<ByTheta> inputs{in.actuators.cast<ByTheta>(), in.true_wind.cast<ByTheta>(), in.t_s};
+    for (std::size_t pass = 0; pass < by_theta_.size(); ++pass) {
+      const Vec3<ByTheta> acceleration = rate_of_change(by_theta_[pass], state, inputs).nu;
+      const Eigen::Index first = static_cast<Eigen::Index>(pass) * kDirections,
+                         count = std::min<Eigen::Index>(kDirections, theta_.size() - first);
+      for (int i = 0; i < 3; ++i)
+        acceleration_by_theta_.row(i).segment(first, count) = acceleration[i].v.head(count).transpose();
+    }
+  }
+
+  Model<double> plain_;
+  Model<ByState> by_state_;
+  std::vector<Model<ByTheta>> by_theta_;  // kDirections of theta each
+  Eigen::VectorXd theta_;
+  ByRow<3> acceleration_by_theta_;
+};
+
 // Renews the path of a stretch as its steps are linearized: the filter takes the measurements up to each point.
 class PathFilter {
  public:
@@ -210,39 +292,19 @@ LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::Vec
   const Stretch& stretch = *result.data;
   result.steps.resize(stretch.size() - 1);
   result.initial_sd = initial_sd(ship);
-  const Eigen::Index p = theta.size() - 1, timing = p, passes = (kStates + p + kDirections - 1) / kDirections;
+  const Eigen::Index p = theta.size() - 1, timing = p;
   for (LinearStep& step : result.steps) step.G.resize(kShipStates, p + 1);
-  Model<double> plain(ship);
-  apply_uncertainty(plain, theta);
+  Derivatives derivatives(ship, theta.head(p));
+  const Model<double>& plain = derivatives.plain();
   std::optional<PathFilter> filter;
   if (noise != nullptr) filter.emplace(result, *noise);
-  for (Eigen::Index pass = 0; pass < passes; ++pass) {
-    const Eigen::Index first = pass * kDirections;  // among (x, theta)
-    Eigen::Matrix<Dual, Eigen::Dynamic, 1> dual_theta = theta.head(p).cast<Dual>();
-    for (Eigen::Index j = 0; j < p; ++j)
-      if (const Eigen::Index d = kStates + j - first; d >= 0 && d < kDirections) dual_theta[j].v[d] = 1.0;
-    Model<Dual> model(ship);
-    apply_uncertainty(model, dual_theta);
-    for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
-      Eigen::Matrix<Dual, kStates, 1> x = result.path[k].cast<Dual>();
-      for (Eigen::Index j = 0; j < kStates; ++j)
-        if (const Eigen::Index d = j - first; d >= 0 && d < kDirections) x[j].v[d] = 1.0;
-      const double h = stretch.dt_s(k) / static_cast<double>(stretch.inputs[k].size());
-      const Eigen::Matrix<Dual, kShipStates, 1> y = advance<Dual>(model, x, stretch.inputs[k], h);
-      LinearStep& step = result.steps[k];
-      for (int i = 0; i < kShipStates; ++i)
-        for (Eigen::Index d = 0; d < kDirections && first + d < kStates + p; ++d)
-          if (first + d < kStates)
-            step.A(i, first + d) = y[i].v[d];
-          else
-            step.G(i, first + d - kStates) = y[i].v[d];
-      if (pass > 0) continue;
-      const Vec6 late = advance<double>(plain, result.path[k], stretch.late_inputs[k], h);
-      step.G.col(timing) = late - advance<double>(plain, result.path[k], stretch.inputs[k], h);
-      for (int i = 0; i < kShipStates; ++i) step.offset[i] = y[i].a - result.path[k + 1][i];
-      step.offset += theta[timing] * step.G.col(timing);
-      if (filter) filter->follow(k);
-    }
+  for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
+    LinearStep& step = result.steps[k];
+    const double h = stretch.dt_s(k) / static_cast<double>(stretch.inputs[k].size());
+    const Vec6 end = derivatives.advance(result.path[k], stretch.inputs[k], h, step);
+    step.G.col(timing) = advance<double>(plain, result.path[k], stretch.late_inputs[k], h) - end;
+    step.offset = end - result.path[k + 1].head<kShipStates>() + theta[timing] * step.G.col(timing);
+    if (filter) filter->follow(k);
   }
   result.mean_offset =
       mean_offsets([&](const auto& x, const auto& inputs, double h) { return advance<double>(plain, x, inputs, h); },

@@ -25,6 +25,15 @@ using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 template <int rows>
 using ByRow = Eigen::Matrix<double, rows, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// What acts in a step where the true wind errs by `wind_error` (from-vector in earth axes [m/s]).
+template <typename T>
+StepInputs<T> with_error(const StepInputs<double>& inputs, const Vec2<T>& wind_error) {
+  const auto at = [&](const Inputs<double>& in) {
+    return Inputs<T>{in.actuators.template cast<T>(), Vec2<T>(in.true_wind.template cast<T>() + wind_error), in.t_s};
+  };
+  return {at(inputs.start), at(inputs.middle), at(inputs.end)};
+}
+
 /// One step of the simulator over a grid interval.
 ///   x       (x0, y0, psi, u, v_m, r, w_u, w_v, w_r, e_x, e_y): see above; e as a from-vector in earth axes [m/s]
 ///   inputs  what acts, in substeps of h_s
@@ -35,13 +44,9 @@ Eigen::Matrix<T, kShipStates, 1> advance(const Model<T>& model, const Eigen::Mat
   ShipState<T> state{x.template segment<3>(0), x.template segment<3>(3)};
   const Vec3<T> kick = 0.5 * h_s * x.template segment<3>(kErrorStart);
   const Vec2<T> wind_error = x.template segment<2>(kWindStart);
-  const auto with_error = [&](const Inputs<double>& in) {
-    return Inputs<T>{in.actuators.template cast<T>(), Vec2<T>(in.true_wind.template cast<T>() + wind_error), in.t_s};
-  };
   for (const StepInputs<double>& in : inputs) {
     state.nu += kick;
-    state =
-        integrate(model, state, StepInputs<T>{with_error(in.start), with_error(in.middle), with_error(in.end)}, h_s);
+    state = integrate(model, state, with_error(in, wind_error), h_s);
     state.nu += kick;
   }
   Eigen::Matrix<T, kShipStates, 1> result;
@@ -89,8 +94,8 @@ struct Noise {
 /// the integral of the yaw rate), without error states.
 std::vector<StateVector> measured_path(const Stretch& stretch);
 
-/// Derivatives by automatic differentiation through the Runge-Kutta steps, along a given path; those of an ensemble by
-/// differences, with theta the timing alone.
+/// Derivatives along a given path, by automatic differentiation: by the state exactly, by theta within about a
+/// hundredth; those of an ensemble by differences, with theta the timing alone.
 LinearStretch linearize(const EnsembleSimulator& simulator, const Stretch& stretch, std::vector<StateVector> path,
                         const Eigen::VectorXd& theta);
 LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,

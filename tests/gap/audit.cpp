@@ -143,6 +143,19 @@ TEST_CASE("audit: small faults are found as well", "[gap][audit][long]") {
               campaign);
 }
 
+TEST_CASE("audit: a lever arm under much noise is not taken for positions that are early", "[gap][audit]") {
+  for (const std::uint64_t seed : {41u, 42u, 43u}) {
+    Injected fault;
+    fault.lever_x = 1.5;
+    const Audit result = audit(
+        recorded({.ship = "esso-osaka-3m", .seed = seed, .recordings = 3}, read_ship("esso-osaka-3m"), fault, 3.0), {});
+    CAPTURE(seed, names(result));
+    REQUIRE(result.faults.size() == 1);
+    CHECK(result.faults[0].name == "lever-arm");
+    CHECK(result.faults[0].parameters[0].value == Approx(1.5).margin(3.0 * result.faults[0].parameters[0].sd));
+  }
+}
+
 TEST_CASE("audit: a latency of several seconds is found, and to a fraction of a sample", "[gap][audit]") {
   Injected fault;
   fault.velocity_latency_s = fault.rate_latency_s = 3.4;

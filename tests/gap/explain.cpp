@@ -198,6 +198,18 @@ TEST_CASE("comparison: a few terms stand for what the catalogue does not hold", 
   CHECK(comparison.all()[*with].gain > 2.0 * comparison.all()[*with].gain_sd);
 }
 
+TEST_CASE("gap-explain: what the catalogue does not hold is not called by the name of what is next to it",
+          "[gap][long]") {
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 3);
+  truth.effects.push_back(effect("unknown", {{"X_sqrt_u", -0.004}}));  // a drag that a constant force nearly explains
+  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 31, 4, 250.0, 1.0, 0.5}, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
+  CHECK(explanation.verdict == gap::Verdict::mismatch);
+  CHECK(explanation.chosen == std::vector<std::string>{"unknown"});
+  CHECK(explanation.hypotheses.front().name == "unknown");
+  CHECK(explanation.hypotheses.front().parameters.size() <= 3);
+}
+
 TEST_CASE("comparison: rudders that are later by less than the samples tell are no hypothesis", "[gap][long]") {
   const Ship stated = read_ship("esso-osaka-3m");
   gap::FitOptions options;
