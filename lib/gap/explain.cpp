@@ -315,6 +315,8 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   const bool is_certain = is_likelier || comparison.log_odds(best) > kStrong;
   std::size_t chosen = is_certain && comparison.holds(best, 0, is_likelier ? 0.0 : 1.0) ? best : 0;
   double left_p = chosen == 0 ? findings.detection.p_value : 1.0;
+  // Beside what is named: its own form may be a little other than the catalogue's.
+  const double surely = options.locate.false_alarm * options.locate.false_alarm;
   bool is_negligible = false;  // what is left
   while (chosen != 0) {
     const std::size_t size = comparison.all()[chosen].hypothesis.names().size();
@@ -330,17 +332,16 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       if (const auto added = comparison.add(chosen, promise.starts))
         if (!next || evidence(*added) > evidence(*next)) next = added;
     }
-    is_negligible = next && evidence(*next) - evidence(chosen) < kNegligible * (evidence(chosen) - evidence(0));
+    is_negligible = -std::log(std::max(left_p, 1e-300)) < kNegligible * (evidence(chosen) - evidence(0));
     // Likelier, but not shown to help: not claimed, and no unknown either.
-    is_negligible |= next && comparison.log_odds(*next) > comparison.log_odds(chosen);
+    is_negligible |= left_p >= surely && next && comparison.log_odds(*next) > comparison.log_odds(chosen);
     if (!next || !comparison.holds(*next, chosen, left_p)) break;
     if (!is_left && comparison.log_odds(*next) - comparison.log_odds(chosen) < kStrong) break;
     chosen = *next;
     is_negligible = false;
   }
   // What the catalogue does not hold, in a few terms.
-  if (left_p < options.locate.false_alarm && !is_negligible && is_searched &&
-      !has_terms(comparison.all()[chosen].hypothesis.names())) {
+  if (left_p < surely && chosen != 0 && !is_negligible && !has_terms(comparison.all()[chosen].hypothesis.names())) {
     progress(0.86, "terms for what is left");
     const auto added = comparison.add(chosen, comparison.terms_beside(chosen));
     if (added && comparison.holds(*added, chosen, left_p) && comparison.log_odds(*added) > comparison.log_odds(best)) {
@@ -393,8 +394,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     explanation.p_value = std::min(explanation.p_value, std::exp(-comparison.log_odds(best)));
   }
   // Seen, but barely, and nothing missing is the likeliest: neither claimed nor denied.
-  if (chosen == 0 && stated[best] <= stated[0] &&
-      findings.detection.p_value >= options.locate.false_alarm * options.locate.false_alarm &&
+  if (chosen == 0 && stated[best] <= stated[0] && findings.detection.p_value >= surely &&
       explanation.verdict == Verdict::mismatch)
     explanation.verdict = Verdict::undecided;
   // Likelier than nothing, but not shown.
@@ -409,9 +409,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     const auto names = [&](const char* name) {
       return std::find(explanation.chosen.begin(), explanation.chosen.end(), name) != explanation.chosen.end();
     };
-    // Beside what is named, its own form may be a little other than the catalogue's.
-    const double rate = options.locate.false_alarm;
-    if (!explanation.is_complete && !names("unknown") && (explanation.chosen.empty() || left_p < rate * rate)) {
+    if (!explanation.is_complete && !names("unknown") && (explanation.chosen.empty() || left_p < surely)) {
       explanation.chosen.push_back("unknown");
       const std::vector<std::string> fitted = answer.hypothesis.names();  // with terms for it, or without
       if (!has_terms(fitted)) add_unknown(explanation, fitted, left_p);

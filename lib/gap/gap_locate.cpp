@@ -20,7 +20,9 @@ constexpr double kErrsAsMuch = 0.7;       // model error by typical acceleration
 constexpr double kErrorOfInputs = 0.05;   // by typical acceleration: what inputs between samples can make
 constexpr double kFarParameter_sd = 4.0;  // of what is stated: a parameter farther off stands for something else
 constexpr std::size_t kFewestSamples = 300;
-constexpr double kNearly = 5.0;  // p-values up to this times the rate of false alarms leave it open
+constexpr double kNearly = 5.0;        // p-values up to this times the rate of false alarms leave it open
+constexpr double kOpen = 3.0;          // log-odds of a reading that short times do not decide
+constexpr double kFarLikelier = 10.0;  // log-odds by which a fit contradicts a convention
 
 // The verdict with the reason for it.
 void judge(Findings& findings, double scan_p_value) {
@@ -143,7 +145,21 @@ bool is_grossly_inconsistent(const Findings& findings, Campaign& campaign, const
   }
 }
 
-void add_notices(Findings& findings, const Campaign& campaign, const EffectLibrary& library) {
+// Effects that were not tested, and why.
+std::vector<std::string> untested_of(const EffectLibrary& library, const Detection& detection) {
+  std::vector<std::string> untested = library.not_applicable(), silent;
+  for (const EffectLibrary::Entry& entry : library.entries())
+    if (std::none_of(detection.effects.begin(), detection.effects.end(),
+                     [&](const Screened& s) { return s.name == entry.name; }))
+      silent.push_back(entry.name);
+  if (!silent.empty())
+    untested.push_back(
+        fmt::format("{}: not excited, of the wrong sign, or no more than the ship's own parameters may do",
+                    fmt::join(silent, ", ")));
+  return untested;
+}
+
+void add_notices(Findings& findings, const Campaign& campaign) {
   std::vector<std::string>& notices = findings.notices;
   const NullFit& fit = findings.fit;
   for (const Trajectory& recording : campaign.recordings)
@@ -161,18 +177,6 @@ void add_notices(Findings& findings, const Campaign& campaign, const EffectLibra
   if (!campaign.has_position)
     notices.push_back("no positions: slow effects show two to four times less; record x0_m and y0_m");
   if (!campaign.has_heading) notices.push_back("no heading: effects with a direction in earth axes cannot be seen");
-
-  std::vector<std::string>& untested = findings.detection.untested;
-  untested = library.not_applicable();
-  std::vector<std::string> silent;
-  for (const EffectLibrary::Entry& entry : library.entries())
-    if (std::none_of(findings.detection.effects.begin(), findings.detection.effects.end(),
-                     [&](const Screened& s) { return s.name == entry.name; }))
-      silent.push_back(entry.name);
-  if (!silent.empty())
-    untested.push_back(
-        fmt::format("{}: not excited, of the wrong sign, or no more than the ship's own parameters may do",
-                    fmt::join(silent, ", ")));
 }
 
 // How well the ensemble knows these recordings in all.
@@ -203,6 +207,33 @@ void add_ensemble_notices(const EnsembleSimulator& simulator, Findings& findings
   if (header.inputs.domain.empty())
     findings.notices.emplace_back("the ensemble does not say what its training data covered; train it anew to know");
   for (const std::string& notice : simulator.ensemble().notices()) findings.notices.push_back(notice);
+}
+
+// A wind that is weak against the ship's forces is not told from one that reads otherwise over short times, but by the
+// fit: the reading under which all is far likelier, at the coefficients and noise levels of the fit as stated.
+std::optional<Reading> told_by_fit(const Campaign& campaign, const FittedNull& fit, const Conventions& conventions,
+                                   std::size_t jobs) {
+  std::optional<Reading> result;
+  const double as_stated = log_evidence(fit);
+  for (const Reading& reading : conventions.tested) {
+    const bool is_wind = reading.recording.empty() && (reading.name == "wind-to" || reading.name == "apparent");
+    if (!campaign.has_wind || !is_wind || std::abs(reading.log_odds) > kOpen) continue;
+    Campaign otherwise = campaign;
+    for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
+      otherwise.recordings[r] = reread(campaign.recordings[r], {reading});
+      otherwise.recorded_inputs[r] = RecordedInputs(otherwise.recordings[r], campaign.ship, InputInterpolation::linear);
+    }
+    const RudderResponse response = Effects<double>(campaign.ship).rudder_response();
+    for (Stretch& stretch : otherwise.stretches)
+      set_inputs(stretch, otherwise.recorded_inputs[stretch.recording].through(response), campaign.ship);
+    const double gained = log_evidence(follow(otherwise, fit, {}, jobs)) - as_stated;
+    if (gained < kFarLikelier || (result && gained < result->log_odds)) continue;
+    result = reading;
+    result->log_odds = gained;
+    result->sentence = fmt::format("{}, the recordings are likelier than as stated (log-odds {:.0f})",
+                                   reading.sentence.substr(0, reading.sentence.find(',')), gained);
+  }
+  return result;
 }
 
 Investigation investigate(const Ship& ship, const std::shared_ptr<const EnsembleSimulator>& ensemble,
@@ -274,24 +305,37 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
     for (Trajectory& recording : recordings) recording = corrected(recording, findings.audit.faults);
   }
 
-  progress(0.10, "fit within the stated uncertainty");
   Campaign& campaign = investigation.campaign;
-  campaign = prepare(ship, all_without_frozen(), campaign_options);
-  FitOptions fit_options;
-  fit_options.jobs = options.jobs;
-  fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
   FittedNull& fit = investigation.null;
-  fit = fit_null(campaign, fit_options);
-  findings.fit = fit.report;
-  if (ensemble) findings.ensemble = use_of(*ensemble, fit);
+  const auto examine = [&] {
+    progress(0.10, "fit within the stated uncertainty");
+    campaign = prepare(ship, all_without_frozen(), campaign_options);
+    FitOptions fit_options;
+    fit_options.jobs = options.jobs;
+    fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
+    fit = fit_null(campaign, fit_options);
+    findings.fit = fit.report;
+    if (ensemble) findings.ensemble = use_of(*ensemble, fit);
 
-  progress(0.60, "effects of the catalogue");
-  const EffectLibrary library(campaign, fit);
-  DetectOptions detect_options;
-  detect_options.false_alarm = options.false_alarm;
-  detect_options.jobs = options.jobs;
-  detect_options.seed = options.seed;
-  findings.detection = detect(campaign, fit, library, detect_options);
+    progress(0.60, "effects of the catalogue");
+    const EffectLibrary library(campaign, fit);
+    DetectOptions detect_options;
+    detect_options.false_alarm = options.false_alarm;
+    detect_options.jobs = options.jobs;
+    detect_options.seed = options.seed;
+    findings.detection = detect(campaign, fit, library, detect_options);
+    findings.detection.untested = untested_of(library, findings.detection);
+  };
+  examine();
+  if (findings.detection.p_value < options.false_alarm && !ensemble)
+    if (const std::optional<Reading> reading = told_by_fit(campaign, fit, findings.conventions, options.jobs)) {
+      findings.conventions.contradicted.push_back(*reading);
+      if (options.correct) {
+        findings.corrected = true;
+        for (Trajectory& recording : recordings) recording = reread(recording, {*reading});
+        examine();
+      }
+    }
 
   progress(0.80, "intervals, frames, regimes");
   LocateOptions locate_options;
@@ -309,7 +353,7 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
     findings.located.line_of_action.reset();
   }
   findings.residuals = residuals(campaign, fit);
-  add_notices(findings, campaign, library);
+  add_notices(findings, campaign);
   if (ensemble) add_ensemble_notices(*ensemble, findings);
   progress(0.97, "parameters far off");
   return investigation;

@@ -45,3 +45,20 @@ TEST_CASE("gap-locate: a large ship sampled faster than it moves is fitted to a 
   CHECK(findings.verdict == gap::Verdict::no_mismatch);
   for (int axis = 0; axis < 3; ++axis) CHECK(findings.fit.sigma_w[axis] < 0.01 * findings.fit.typical[axis]);
 }
+
+TEST_CASE("gap-locate: a weak wind that reads the wrong way round is told by the fit", "[gap][long]") {
+  const Ship truth = test::perturbed_ship("vectwin-3m", 0.1, 2);
+  std::vector<Trajectory> recordings = test::recorded({"vectwin-3m", 6, 4, 200.0, 1.0, 0.7}, truth);
+  for (Trajectory& recording : recordings) {
+    for (double& from : recording[Channel::wind_dir]) from += kPi;
+    recording[Channel::app_wind_speed].clear();  // which would tell at once
+    recording[Channel::app_wind_dir].clear();
+  }
+  const gap::Findings findings = gap::gap_locate(read_ship("vectwin-3m"), recordings, {});
+  REQUIRE(findings.conventions.contradicted.size() == 1);
+  CHECK(findings.conventions.contradicted[0].name == "wind-to");
+  CHECK(findings.conventions.contradicted[0].log_odds > 10.0);
+  // Read so, nothing is missing.
+  CHECK(findings.corrected);
+  CHECK(findings.detection.p_value > 0.01);
+}
