@@ -26,6 +26,7 @@ constexpr double kPairGain = 10.0;         // nats by which a pair must promise 
 constexpr double kNotExcluded = 0.3;       // of the probability: what is not excluded against a hypothesis
 constexpr double kPossible = 0.01;         // probability that is worth a word
 constexpr double kUnexplained = 0.5;       // of the model error's energy that what is named must take away
+constexpr double kErrorOfForms = 0.1;      // of the typical acceleration: what simulators leave that lack nothing
 constexpr double kStrong = 5.7;            // nats of posterior odds: then the p-value is not asked
 constexpr double kOfPlaces = 5.0;     // nats for a residual that depends on the position: walls and lines are tried
 constexpr double kSameFactor = 1e-3;  // of a coefficient: what is nearer to 1 is not written down
@@ -309,8 +310,13 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   };
   // Of all, the one that will be stated as likeliest, if it predicts better what was left out.
   const std::vector<double> stated = comparison.probabilities();
-  best = static_cast<std::size_t>(std::max_element(stated.begin() + 1, stated.end()) - stated.begin());
-  if (best == stated.size()) best = 0;
+  // Terms are always likelier than nothing where the forms of the forces are not quite those of the ship.
+  const double error = findings.fit.sigma_w.cwiseQuotient(findings.fit.typical.cwiseMax(1e-12)).maxCoeff();
+  best = 0;
+  for (std::size_t i = 1; i < stated.size(); ++i)
+    if ((best == 0 || stated[i] > stated[best]) &&
+        (error >= kErrorOfForms || !has_terms(comparison.all()[i].hypothesis.names())))
+      best = i;
   const bool is_likelier = findings.detection.p_value < options.locate.false_alarm && stated[best] > stated[0];
   const bool is_certain = is_likelier || comparison.log_odds(best) > kStrong;
   std::size_t chosen = is_certain && comparison.holds(best, 0, is_likelier ? 0.0 : 1.0) ? best : 0;
@@ -341,7 +347,8 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     is_negligible = false;
   }
   // What the catalogue does not hold, in a few terms.
-  if (left_p < surely && chosen != 0 && !is_negligible && !has_terms(comparison.all()[chosen].hypothesis.names())) {
+  if (left_p < surely && chosen != 0 && !is_negligible && error >= kErrorOfForms &&
+      !has_terms(comparison.all()[chosen].hypothesis.names())) {
     progress(0.86, "terms for what is left");
     const auto added = comparison.add(chosen, comparison.terms_beside(chosen));
     if (added && comparison.holds(*added, chosen, left_p) && comparison.log_odds(*added) > comparison.log_odds(best)) {
@@ -393,9 +400,10 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     // Where nothing is missing, odds of so much are no more frequent than that (Markov's inequality).
     explanation.p_value = std::min(explanation.p_value, std::exp(-comparison.log_odds(best)));
   }
-  // Seen, but barely, and nothing missing is the likeliest: neither claimed nor denied.
-  if (chosen == 0 && stated[best] <= stated[0] && findings.detection.p_value >= surely &&
-      explanation.verdict == Verdict::mismatch)
+  // Seen, but barely, and nothing missing is the likeliest, or too little to be called unknown: neither claimed nor
+  // denied.
+  const bool is_barely = stated[best] <= stated[0] && findings.detection.p_value >= surely;
+  if (chosen == 0 && (is_barely || error < kErrorOfForms) && explanation.verdict == Verdict::mismatch)
     explanation.verdict = Verdict::undecided;
   // Likelier than nothing, but not shown.
   if (chosen == 0 && stated[best] > stated[0] && explanation.verdict == Verdict::no_mismatch)
@@ -404,12 +412,14 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     const double L = ship.particulars.L_pp;
     const double taken = 1.0 - energy(answer.fit.noise.sigma_w, L) / energy(findings.fit.sigma_w, L);
     explanation.is_complete = chosen != 0 && (left_p >= options.locate.false_alarm || is_negligible);
-    if (chosen != 0 && (explanation.is_complete || taken > kUnexplained || comparison.log_odds(chosen) > kStrong))
+    if (chosen != 0 && (explanation.is_complete || taken > kUnexplained || error < kErrorOfForms ||
+                        comparison.log_odds(chosen) > kStrong))
       explanation.chosen = answer.hypothesis.names();
     const auto names = [&](const char* name) {
       return std::find(explanation.chosen.begin(), explanation.chosen.end(), name) != explanation.chosen.end();
     };
-    if (!explanation.is_complete && !names("unknown") && (explanation.chosen.empty() || left_p < surely)) {
+    if (!explanation.is_complete && !names("unknown") && error >= kErrorOfForms &&
+        (explanation.chosen.empty() || left_p < surely)) {
       explanation.chosen.push_back("unknown");
       const std::vector<std::string> fitted = answer.hypothesis.names();  // with terms for it, or without
       if (!has_terms(fitted)) add_unknown(explanation, fitted, left_p);

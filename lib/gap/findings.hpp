@@ -107,6 +107,8 @@ struct Interval {
   Vec3<double> acceleration = Vec3<double>::Zero();  ///< mean over the interval
   Mat3<double> covariance = Mat3<double>::Zero();    ///< of the mean
   std::optional<Training> training = std::nullopt;   ///< where the simulator is an ensemble
+  /// Less than a fifth of the typical acceleration of its axis: as much as the forms of a simulator's forces may err.
+  bool is_small = false;
   bool is_untrained() const { return training && training->is_untrained; }
 };
 

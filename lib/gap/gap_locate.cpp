@@ -38,6 +38,8 @@ void judge(Findings& findings, double scan_p_value) {
   // Then inputs that are known at the samples alone are the larger error, and what the tests see may be that.
   const auto untrained = std::count_if(findings.located.intervals.begin(), findings.located.intervals.end(),
                                        [](const Interval& interval) { return interval.is_untrained(); });
+  const auto small = std::count_if(findings.located.intervals.begin(), findings.located.intervals.end(),
+                                   [](const Interval& interval) { return interval.is_small; });
   const std::string simulator = findings.ensemble ? "ensemble" : "simulator";
   const bool is_of_inputs = fit.is_noise_free && share < kErrorOfInputs;
   const std::string rate = fmt::format("{:.3g} %", 100.0 * d.false_alarm);
@@ -74,6 +76,13 @@ void judge(Findings& findings, double scan_p_value) {
     findings.verdict = Verdict::undecided;
     d.reason =
         fmt::format("the evidence is close to the stated rate of false alarms ({}); more recordings would tell", rate);
+  } else if (small > 0) {
+    findings.verdict = Verdict::undecided;
+    d.reason = fmt::format(
+        "what acts in {} interval{} is less than a fifth of the typical acceleration, which the form of the {}'s "
+        "forces "
+        "may make",
+        small, small > 1 ? "s" : "", simulator);
   } else if (untrained > 0) {
     findings.verdict = Verdict::undecided;
     d.reason = fmt::format(
@@ -227,7 +236,7 @@ std::optional<Reading> told_by_fit(const Campaign& campaign, const FittedNull& f
     for (Stretch& stretch : otherwise.stretches)
       set_inputs(stretch, otherwise.recorded_inputs[stretch.recording].through(response), campaign.ship);
     const double gained = log_evidence(follow(otherwise, fit, {}, jobs)) - as_stated;
-    if (gained < kFarLikelier || (result && gained < result->log_odds)) continue;
+    if (!(gained > (result ? result->log_odds : kFarLikelier))) continue;  // nor where it cannot be told
     result = reading;
     result->log_odds = gained;
     result->sentence = fmt::format("{}, the recordings are likelier than as stated (log-odds {:.0f})",

@@ -23,6 +23,7 @@ constexpr std::size_t kMostIntervals = 8, kMostUntrained = 16;
 constexpr double kMostlyOutside = 0.5;    // share of an interval's points beyond the training data
 constexpr double kOneMemberMore = 1e-3;   // probability of a member that differs as much
 constexpr double kLongestShare = 0.6;     // of all blocks: longer is no interval
+constexpr double kSmall = 0.2;            // of the typical acceleration: see Interval::is_small
 constexpr double kReference_mps2 = 5e-4;  // accelerations are counted in this, yaw at 0.25 L_pp from midship
 constexpr int kActiveBlocks = 4;          // an acceleration is forgotten by then
 
@@ -271,7 +272,7 @@ Training training_of(const EnsembleSimulator& ensemble, const LinearStretch& str
   return training;
 }
 
-//   strongest_p  of the intervals that are not called untrained
+//   strongest_p  of the intervals that are neither small nor called untrained
 std::vector<Interval> scan(const Campaign& campaign, const FittedNull& fit, BlockEvidence evidence,
                            const LocateOptions& options, double& strongest_p) {
   std::vector<Interval> intervals;
@@ -303,11 +304,12 @@ std::vector<Interval> scan(const Campaign& campaign, const FittedNull& fit, Bloc
   };
 
   const Vec3<double> unit = unit_acceleration(campaign.ship);
+  bool is_told = false;  // strongest_p
   for (std::size_t found = 0, untrained = 0; found < kMostIntervals && untrained < kMostUntrained;) {
     const auto [statistic, which] = largest(evidence, runs, evidence.b);
     const double p = p_value(statistic);
     if (p > options.false_alarm) {
-      if (found == 0) strongest_p = p;
+      if (!is_told) strongest_p = p;
       break;
     }
     const Run& run = runs.runs[which];
@@ -339,7 +341,8 @@ std::vector<Interval> scan(const Campaign& campaign, const FittedNull& fit, Bloc
                                       evidence.blocks[run.begin].begin, evidence.blocks[run.end - 1].end, run.axis,
                                       interval.acceleration[run.axis]);
     const bool is_untrained = interval.is_untrained();
-    if (!is_untrained && found == 0) strongest_p = p;
+    interval.is_small = std::abs(interval.acceleration[run.axis]) < kSmall * fit.report.typical[run.axis];
+    if (!is_untrained && !interval.is_small && !is_told) strongest_p = p, is_told = true;
     ++(is_untrained ? untrained : found);
     intervals.push_back(interval);
   }

@@ -14,7 +14,7 @@ struct LocateOptions {
 /// Where the residual sits: which axes, which intervals, which frame and regime, which module.
 struct Location {
   Located located;
-  double scan_p_value = 1.0;  ///< of the strongest interval that is not called untrained
+  double scan_p_value = 1.0;  ///< of the strongest interval that is neither small nor called untrained
 };
 
 /// Everything is tested on accelerations added to the simulator, after the parameters (with twice their stated
@@ -30,7 +30,7 @@ struct Location {
 /// there; probability above 0.1 %).
 Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
 
-/// The p-value of the strongest interval alone.
+/// The p-value of that interval alone.
 double strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
 
 /// The smoothed residual along each recording.
