@@ -53,6 +53,7 @@ class PaperTest(unittest.TestCase):
         columns = "kp_deg_per_rad,kd_deg_per_radps,score_true,score_worst,score_member_00\n"
         for members, worst in ((MEMBERS, 11), (MEMBERS * REPEATS, 12)):
             self.write(f"pd/sweep-{members}.csv", columns + f"5,5,10,{worst},8\n5,10,10,9,9\n10,5,10,{worst},9\n10,10,9,12,12\n")
+            self.write(f"pd/turns-sweep-{members}.csv", columns + f"5,5,10,{worst},11\n5,10,10,11,12\n")  # never better than the ship
         for model in ("hold", "start", "fitted", "linear", "residual", "true"):
             self.scores(f"comparison/{model}-scores", L_eucl=5e-4, L_maha=None)
         for name in ("models/pool", "models/residual", "comparison/fitted", "comparison/linear"):
@@ -79,8 +80,9 @@ class PaperTest(unittest.TestCase):
         self.assertTrue(self.row("Full scale: L_Eucl(Test-ZT) is more than 10").endswith("| **no** |"))
         self.assertIn("in part: Test-B, Test-R yes; Test-ZT no", self.row("| The correlation of the two distances"))
         self.assertIn("in part: Test-ZT yes; Test-R no", self.row("| TS1: uncertainty is high"))
-        self.assertTrue(self.row("More members reduce it further").endswith("| **yes** |"))
-        self.assertIn("single network (mean of 1) 75%, worst of M = 4 25%", self.row("Considering the worst case"))
+        self.assertTrue(self.row("berthings: More members reduce it further").endswith("| **yes** |"))
+        self.assertIn("single network (mean of 1) 75%, worst of M = 4 25%", self.row("berthings: Considering the worst case"))
+        self.assertTrue(self.row("turns: Considering the worst case").endswith("| **not put to the test** |"))
 
     def test_an_undefined_distance_is_no_number_in_the_comparison(self):
         self.results()
