@@ -1,0 +1,241 @@
+#include "gap/selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gap/locate.hpp"
+
+namespace leeway::gap {
+namespace {
+
+constexpr std::size_t kAlwaysRefitted = 3;
+constexpr std::size_t kNextRefitted = 4;  // beside what was chosen
+constexpr double kHopeless = 0.5;         // of the evidence that was gained: what promises less is not fitted any more,
+constexpr double kHopelessOfPlaces = 0.8;  // they are many, and a step towards the best of many promises too much
+constexpr double kFarBehind = 20.0;        // if it is so many nats behind
+constexpr double kPairGain = 10.0;         // nats by which a pair must promise more than one effect
+constexpr double kOfPlaces = 5.0;     // nats for a residual that depends on the position: walls and lines are tried
+constexpr double kNegligible = 0.05;  // of the evidence of what is named: -ln p of what is left is not worth a word
+
+// The p-value of what is left beside a hypothesis: effects of the catalogue around its fit, and intervals.
+double left_beside(const Campaign& campaign, const Fitted& fitted, const GapExplainOptions& options) {
+  const Coordinates z = coordinates_of(fitted.fit);
+  Campaign with = campaign;
+  for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
+    const Ship there = fitted.hypothesis.applied_to(campaign.ship, z.mean, r);
+    with.own_effects[r].assign(there.effects.begin() + static_cast<std::ptrdiff_t>(campaign.ship.effects.size()),
+                               there.effects.end());
+  }
+  FittedNull fit = fitted.fit;
+  for (std::size_t s = 0; s < with.stretches.size(); ++s) {
+    const std::size_t r = with.stretches[s].recording;
+    const RudderResponse response = Effects<double>(with.ship_in(r)).rudder_response();
+    if (response != Effects<double>(campaign.ship).rudder_response())
+      set_inputs(with.stretches[s], with.recorded_inputs[r].through(response), with.ship);
+    fit.stretches[s].data = &with.stretches[s];
+  }
+  const EffectLibrary library(with, fit);
+  DetectOptions detect_options;
+  detect_options.false_alarm = options.locate.false_alarm;
+  detect_options.jobs = options.locate.jobs;
+  detect_options.seed = options.locate.seed;
+  detect_options.refitted = 3;
+  LocateOptions locate_options;
+  locate_options.false_alarm = options.locate.false_alarm;
+  locate_options.jobs = options.locate.jobs;
+  locate_options.seed = options.locate.seed;
+  return std::min(1.0, 2.0 * std::min(detect(with, fit, library, detect_options).p_value,
+                                      strongest_interval(with, fit, locate_options)));
+}
+
+// The interval as a tug of unknown force, direction and point of action.
+FreeEffect::Choice tug_in(const Interval& interval, const Campaign& campaign) {
+  FreeEffect::Choice tug;
+  tug.fixed = {{"t_start_s", interval.t_start_s}, {"t_end_s", interval.t_end_s}};
+  tug.freed = {"x_m"};
+  tug.log_ways = std::log(static_cast<double>(interval.searched));
+  for (std::size_t r = 0; r < campaign.recordings.size() && campaign.recordings.size() > 1; ++r)
+    if (campaign.recordings[r].file == interval.file) tug.recording = r;
+  return tug;
+}
+
+class Selector {
+ public:
+  Selector(Campaign& campaign, const Findings& findings, Comparison& comparison, const GapExplainOptions& options)
+      : campaign_(campaign),
+        findings_(findings),
+        comparison_(comparison),
+        options_(options),
+        is_searched_(findings.verdict != Verdict::no_mismatch) {
+    selection_.error = findings.fit.sigma_w.cwiseQuotient(findings.fit.typical.cwiseMax(1e-12)).maxCoeff();
+  }
+
+  Selection run() {
+    fit_singles_and_pair();
+    if (is_searched_) fit_others();
+    take_likeliest();
+    take_more();
+    take_terms();
+    drop_needless();
+    return std::move(selection_);
+  }
+
+ private:
+  void progress(double done, const std::string& note) const {
+    if (options_.locate.progress) options_.locate.progress(done, note);
+  }
+  const Hypothesis& hypothesis(std::size_t i) const { return comparison_.all()[i].hypothesis; }
+  double evidence(std::size_t i) const { return comparison_.all()[i].log_evidence; }
+
+  /// Takes note of a fit.
+  void better(std::optional<std::size_t> i) {
+    if (i && comparison_.log_odds(*i) > comparison_.log_odds(likeliest_)) likeliest_ = *i;
+  }
+
+  /// Fitted is one by one, until what comes next promises far less than what was found.
+  bool is_hopeless(double promised, std::optional<std::size_t> found, std::size_t beside,
+                   double share = kHopeless) const {
+    if (!found) return false;
+    const double gained = evidence(*found) - evidence(beside);
+    return promised < share * gained && promised < gained - kFarBehind;
+  }
+
+  FreeEffect::Choice choice_of(const std::string& effect) const {
+    return effect == "tug" ? tug_in(findings_.located.intervals.front(), campaign_) : FreeEffect::Choice();
+  }
+
+  void fit_singles_and_pair() {
+    std::vector<Start> pair;
+    const auto first = comparison_.promises(0, is_searched_ ? options_.refitted : kAlwaysRefitted,
+                                            &selection_.unexcited, is_searched_ ? &pair : nullptr);
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      if (i >= kAlwaysRefitted && is_hopeless(first[i].gain, likeliest_, 0)) break;
+      progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(first.size()), "fit with " + first[i].effect);
+      better(comparison_.add(0, first[i].starts));
+    }
+    if (!pair.empty() && !first.empty() &&
+        pair.front().log_evidence >
+            std::max(first.front().starts.front().log_evidence, evidence(likeliest_)) + kPairGain) {
+      progress(0.72, "fit with " + pair.front().hypothesis.name());
+      better(comparison_.add(0, pair));
+    }
+  }
+
+  void fit_others() {
+    // Where something acts at times, or the residual depends on the position, it may be bound to a place.
+    const Located& located = findings_.located;
+    const bool acts_at_times =
+        !located.intervals.empty() && located.intervals.front().p_value < options_.locate.false_alarm;
+    if (acts_at_times || errs_grossly(findings_.fit) ||
+        std::any_of(located.frames.begin(), located.frames.end(),
+                    [](const Frame& frame) { return frame.name == "position" && frame.log_evidence > kOfPlaces; })) {
+      progress(0.73, "banks, fenders, moorings");
+      for (const auto& promise : comparison_.promises_of_places(0))
+        if (!is_hopeless(promise.gain, likeliest_, 0, kHopelessOfPlaces)) better(comparison_.add(0, promise.starts));
+    }
+    if (acts_at_times) better(comparison_.add(0, comparison_.starts_with(0, "tug", choice_of("tug"))));
+    progress(0.74, "terms of what the catalogue does not hold");
+    better(comparison_.add(0, comparison_.terms_beside(0)));
+  }
+
+  /// Of all, the one that will be stated as likeliest, if it predicts better what was left out.
+  void take_likeliest() {
+    selection_.stated = comparison_.probabilities();
+    const std::vector<double>& stated = selection_.stated;
+    std::size_t& best = selection_.best;
+    // Terms are always likelier than nothing where the forms of the forces are not quite those of the ship.
+    for (std::size_t i = 1; i < stated.size(); ++i)
+      if ((best == 0 || stated[i] > stated[best]) &&
+          (selection_.error >= kErrorOfForms || !has_terms(hypothesis(i).names())))
+        best = i;
+    const double p_value = findings_.detection.p_value;
+    const bool is_likelier = p_value < options_.locate.false_alarm && stated[best] > stated[0];
+    const bool is_certain = is_likelier || comparison_.log_odds(best) > kStrong;
+    if (is_certain && comparison_.holds(best, 0, is_likelier ? 0.0 : 1.0)) selection_.chosen = best;
+    if (selection_.chosen == 0) selection_.left_p_value = p_value;
+  }
+
+  /// Effects beside what was chosen, as long as something is left.
+  void take_more() {
+    std::size_t& chosen = selection_.chosen;
+    double& left_p = selection_.left_p_value;
+    while (chosen != 0) {
+      const std::size_t size = hypothesis(chosen).names().size();
+      progress(0.75 + 0.04 * static_cast<double>(size), "what is left beside " + hypothesis(chosen).name());
+      left_p = left_beside(campaign_, comparison_.all()[chosen], options_);
+      if (size >= options_.most_effects) break;
+      // A p-value is against everything that may be left; one effect can be certain where that is not small.
+      const bool is_left = left_p < options_.locate.false_alarm;
+      std::optional<std::size_t> next;
+      for (const auto& promise : comparison_.promises(chosen, kNextRefitted)) {
+        if (is_hopeless(promise.gain, next, chosen) || (!is_left && promise.gain < kStrong)) break;
+        if (const auto added = comparison_.add(chosen, promise.starts))
+          if (!next || evidence(*added) > evidence(*next)) next = added;
+      }
+      selection_.is_negligible = -std::log(std::max(left_p, 1e-300)) < kNegligible * (evidence(chosen) - evidence(0));
+      // Likelier, but not shown to help: not claimed, and no unknown either.
+      selection_.is_negligible |=
+          left_p >= surely(options_) && next && comparison_.log_odds(*next) > comparison_.log_odds(chosen);
+      if (!next || !comparison_.holds(*next, chosen, left_p)) break;
+      if (!is_left && comparison_.log_odds(*next) - comparison_.log_odds(chosen) < kStrong) break;
+      chosen = *next;
+      selection_.is_negligible = false;
+    }
+  }
+
+  /// What the catalogue does not hold beside what was chosen, in a few terms.
+  void take_terms() {
+    const std::size_t chosen = selection_.chosen;
+    if (chosen == 0 || selection_.left_p_value >= surely(options_) || selection_.is_negligible ||
+        selection_.error < kErrorOfForms || has_terms(hypothesis(chosen).names()))
+      return;
+    progress(0.86, "terms for what is left");
+    const auto added = comparison_.add(chosen, comparison_.terms_beside(chosen));
+    if (!added || !comparison_.holds(*added, chosen, selection_.left_p_value) ||
+        comparison_.log_odds(*added) <= comparison_.log_odds(selection_.best))
+      return;
+    selection_.chosen = *added;
+    selection_.left_p_value = left_beside(campaign_, comparison_.all()[*added], options_);
+  }
+
+  /// One that was taken first may have stood in for two others.
+  void drop_needless() {
+    std::size_t& chosen = selection_.chosen;
+    for (bool is_shorter = chosen != 0; is_shorter;) {
+      is_shorter = false;
+      const std::vector<std::string> names = hypothesis(chosen).names();
+      if (names.size() < 2 || has_terms(names)) return;
+      for (std::size_t out = 0; out < names.size() && !is_shorter; ++out) {
+        std::optional<std::size_t> reduced = std::size_t{0};
+        for (std::size_t i = 0; i < names.size() && reduced; ++i)
+          if (i != out)
+            reduced = comparison_.add(*reduced, comparison_.starts_with(*reduced, names[i], choice_of(names[i])));
+        if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, 1.0)) {
+          chosen = *reduced;
+          is_shorter = true;
+        }
+      }
+    }
+  }
+
+  Campaign& campaign_;
+  const Findings& findings_;
+  Comparison& comparison_;
+  const GapExplainOptions& options_;
+  const bool is_searched_;  // not only a few, to tell that nothing is likelier than them
+  std::size_t likeliest_ = 0;
+  Selection selection_;
+};
+
+}  // namespace
+
+bool has_terms(const std::vector<std::string>& names) {
+  return std::find(names.begin(), names.end(), "unknown") != names.end();
+}
+
+Selection select(Campaign& campaign, const Findings& findings, Comparison& comparison,
+                 const GapExplainOptions& options) {
+  return Selector(campaign, findings, comparison, options).run();
+}
+
+}  // namespace leeway::gap
