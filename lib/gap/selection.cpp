@@ -67,7 +67,13 @@ class Selector {
         comparison_(comparison),
         options_(options),
         is_searched_(findings.verdict != Verdict::no_mismatch) {
-    selection_.error = findings.fit.sigma_w.cwiseQuotient(findings.fit.typical.cwiseMax(1e-12)).maxCoeff();
+    const Vec3<double> typical = findings.fit.typical.cwiseMax(1e-12);
+    selection_.error = findings.fit.sigma_w.cwiseQuotient(typical).maxCoeff();
+    // Events are no part of sigma_w.
+    for (const Interval& interval : findings.located.intervals)
+      if (!interval.is_small && interval.p_value < options.locate.false_alarm)
+        selection_.error =
+            std::max(selection_.error, std::abs(interval.acceleration[interval.axis]) / typical[interval.axis]);
   }
 
   Selection run() {
