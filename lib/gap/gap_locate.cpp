@@ -39,7 +39,7 @@ void judge(Findings& findings, double scan_p_value) {
   const auto untrained = std::count_if(findings.located.intervals.begin(), findings.located.intervals.end(),
                                        [](const Interval& interval) { return interval.is_untrained(); });
   const auto small = std::count_if(findings.located.intervals.begin(), findings.located.intervals.end(),
-                                   [](const Interval& interval) { return interval.is_small; });
+                                   [](const Interval& i) { return i.is_small && !i.is_untrained(); });
   const std::string simulator = findings.ensemble ? "ensemble" : "simulator";
   const bool is_of_inputs = fit.is_noise_free && share < kErrorOfInputs;
   const std::string rate = fmt::format("{:.3g} %", 100.0 * d.false_alarm);
@@ -79,9 +79,8 @@ void judge(Findings& findings, double scan_p_value) {
   } else if (small > 0) {
     findings.verdict = Verdict::undecided;
     d.reason = fmt::format(
-        "what acts in {} interval{} is less than a fifth of the typical acceleration, which the form of the {}'s "
-        "forces "
-        "may make",
+        "what acts in {} interval{} is less than a fifth of the typical acceleration: so much the form of the {}'s "
+        "forces may make",
         small, small > 1 ? "s" : "", simulator);
   } else if (untrained > 0) {
     findings.verdict = Verdict::undecided;
