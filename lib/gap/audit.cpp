@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/distributions.hpp"
 #include "core/parallel.hpp"
 #include "core/random.hpp"
 #include "core/units.hpp"
@@ -439,6 +440,13 @@ Gain heldout_gain(const FaultModel& better, const FaultModel& worse) {
   return gain;
 }
 
+// Student's, of a gain that large where there is none. Scores say little of a fault where others have taken what is
+// linear in it.
+double chance_of(const Gain& gain, std::size_t units) {
+  if (!(gain.mean > 0.0) || !(gain.sd > 0.0)) return 1.0;
+  return f_survival(std::pow(gain.mean / gain.sd, 2), 1.0, static_cast<double>(units) - 1.0);
+}
+
 // p-value of chi-squared with one or two degrees of freedom, as its logarithm.
 double log_chi2_p(double value, Index freedom) {
   if (freedom == 2) return -0.5 * value;
@@ -460,14 +468,19 @@ std::vector<double> family_p_values(const Fitter& fitter, const FaultModel& base
   };
   std::vector<Score> scores;
   const Index old = base.numbers.size();
-  const VectorXd z = fitter.white(base, base.noise).z;
+  // A constant fault looks like slow noise where it is not taken out: noise is that beside the best candidate.
+  const KinematicNoise& noise =
+      std::max_element(tried.begin(), tried.end(), [](const FaultModel& a, const FaultModel& b) {
+        return a.heldout.sum() < b.heldout.sum();
+      })->noise;
+  const Fitter::White of_base = fitter.white(base, noise);
+  const VectorXd &z = of_base.z, &weights = of_base.weights;
   for (const FaultModel& model : tried) {
     // With the sensitivities at the fit, so that a long latency is judged by what it does, not by its beginning.
     FaultModel at = model;
     at.residuals = base.residuals;
-    Fitter::White rows = fitter.white(at, base.noise);
+    const Fitter::White rows = fitter.white(at, noise);
     MatrixXd own = rows.J.rightCols(model.numbers.size() - old);
-    const VectorXd weights = fitter.white(base, base.noise).weights;
     if (old > 0) {
       const MatrixXd known = rows.J.leftCols(old);
       const MatrixXd weighted = weights.asDiagonal() * known;
@@ -836,7 +849,9 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
 
   for (std::size_t m = 0; m < model.members.size(); ++m) {
     const FaultModel base = fitter.without(model, m);
-    const std::vector<FaultModel> tried = search.tried(base);
+    std::vector<FaultModel> tried = search.tried(base);
+    const auto is_own = [&](const FaultModel& of) { return of.members.back() == model.members[m]; };
+    if (std::none_of(tried.begin(), tried.end(), is_own)) tried.push_back(fitter.with(base, model.members[m]));
     const std::vector<double> p =
         family_p_values(fitter, base, tried, RandomStream(options.seed, "audit sign flips", 1000 + m));
     Fault fault = fault_of(fitter, model, m, RandomStream(options.seed, "audit resampling", 1000 + m));
@@ -844,7 +859,7 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
     fault.heldout_gain = gain.mean;
     fault.heldout_gain_sd = gain.sd;
     for (std::size_t c = 0; c < tried.size(); ++c)
-      if (tried[c].members.back() == model.members[m]) fault.p_value = p[c];
+      if (is_own(tried[c])) fault.p_value = p[c] < options.false_alarm ? p[c] : chance_of(gain, windows.unit_count());
     if (is_small(model, m)) {
       result.notices.push_back(fault.sentence + ": too little to matter");
       continue;

@@ -10,6 +10,8 @@
 namespace leeway::gap {
 namespace {
 
+constexpr double kAsStated = 1e-3;    // sd of ln of a coefficient that is as in the ship file
+constexpr double kLikelier = 3.0;     // nats
 constexpr double kSameFactor = 1e-3;  // of a coefficient: what is nearer to 1 is not written down
 
 // A fit whose effects stand in the ship now.
@@ -180,10 +182,17 @@ class BeforeAfterRuns {
     }
     of_alone_ = free_runs(of_.campaign, starts_, alone_, jobs_);
     of_coefficients_ = free_runs(of_.campaign, starts_, with_coefficients_, jobs_);
-    takes_coefficients_ = log_error(of_coefficients_) < log_error(of_alone_) - kWorthIt &&
+    takes_coefficients_ = log_error(of_coefficients_) < log_error(of_alone_) - kWorthIt && are_likelier(total) &&
                           is_beyond_chance(of_.campaign, starts_, alone_, with_coefficients_, jobs_);
     if (takes_coefficients_) explanation_.coefficient_factors = factors_of(fit_, fit_.theta);
     with_.multiply(explanation_.coefficient_factors);
+  }
+
+  // Whether the recordings speak for coefficients other than those of the ship file, after what their freedom costs.
+  bool are_likelier(const Evidence& total) const {
+    Eigen::VectorXd as_stated = fit_.prior_sd;
+    as_stated.head(as_stated.size() - 1 - fit_.effects).setConstant(kAsStated);
+    return marginal(total, fit_.theta, fit_.prior_sd) > marginal(total, fit_.theta, as_stated) + kLikelier;
   }
 
   void learn_what_is_left() {

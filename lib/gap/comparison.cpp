@@ -20,14 +20,22 @@ namespace {
 constexpr double kLessPromising = 5.0;  // nats of a start behind the best: not tried
 constexpr double kGainSd = 2.0;         // standard errors by which what was held out must be predicted better
 constexpr double kStrongOdds = 5.0;     // nats
-constexpr double kTemper = 2.0;         // of stated probabilities: docs/gap-explain.md
+// Of the typical acceleration: model error that inputs between the samples make, and what must be taken of less.
+constexpr double kErrorOfInputs = 0.05, kWorthAName = 0.02;
+constexpr double kFarLikelier = 5.7;  // nats
+constexpr double kSettled = 0.5;      // nats by which a fit may still gain
+constexpr double kTemper = 2.0;       // of stated probabilities: docs/gap-explain.md
 constexpr std::array kTolerances{0.0, 0.5, 1.0};
 constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
+constexpr double kFarBelow = 0.2;  // of the model error
+constexpr int kMostTimes = 5;      // that a fit is gone on with
 // Of the sampling time: rudders that are later by less are not told from what they do between two samples.
 constexpr double kTellableShare = 0.5;
 constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may differ
-constexpr std::size_t kTellingTerms = 12;   // of the effect unknown, of which sets are formed
+constexpr int kMostShifts = 20;
+constexpr double kFirstShift_s = 8.0, kLastShift_s = 1.0;  // of a tug's begin and end, at 3 m
+constexpr std::size_t kTellingTerms = 12;                  // of the effect unknown, of which sets are formed
 
 std::set<std::string> name_set(const Hypothesis& hypothesis) {
   const std::vector<std::string> names = hypothesis.names();
@@ -102,11 +110,13 @@ double log_ways(std::size_t of, std::size_t count) {
 
 // ln of what is believed before: none 1/5, one effect 2/5, two 1/5, three 1/10, ...; all sets of a size alike, and all
 // sets of terms, all intervals.
-double log_prior(const Hypothesis& hypothesis) {
+//   with_ways  false: without what the choice among intervals and terms costs
+double log_prior(const Hypothesis& hypothesis, bool with_ways = true) {
   const std::size_t effects = hypothesis.names().size();
   double result = -std::log(5.0) - log_ways(effect_catalogue().size(), effects);
   if (effects > 0) result -= (static_cast<double>(effects) - 2.0) * std::log(2.0);
   for (const FreeEffect& effect : hypothesis.effects) {
+    if (!with_ways) break;
     result -= effect.log_ways();
     if (effect.name() == "unknown")
       result -= log_ways(effect_named("unknown").parameters.size(), static_cast<std::size_t>(effect.size()));
@@ -191,8 +201,8 @@ Comparison::Comparison(Campaign& campaign, const FittedNull& null, const Compari
   fit_options_.most_iterations = kRefitIterations;
   // Gone on with as the others will be, so that none gains by a few steps more.
   Fitted none;
-  none.fit = fit_with(campaign, null, {}, null.theta, fit_options_);
-  if (gap::log_evidence(none.fit) < gap::log_evidence(null)) none.fit = null;
+  none.fit = null;
+  go_on(none);
   settle_tolerance(none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
@@ -238,7 +248,7 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
     }
     sort(promise.starts);
     promise.gain = most - screens.front().log_evidence({});
-    if (from == 0) screened_[effect] = promise.gain;
+    screened_[from][effect] = promise.gain;
     result.push_back(std::move(promise));
   }
   if (pair) {  // both from the same coefficients
@@ -378,6 +388,71 @@ std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& 
   return starts;
 }
 
+Candidate Comparison::tug_in(std::size_t from, const Interval& interval) const {
+  FreeEffect::Choice choice;
+  choice.freed = {"x_m"};
+  choice.log_ways = std::log(static_cast<double>(interval.searched)) + 2.0 * std::log(kFirstShift_s / kLastShift_s);
+  double from_s = interval.t_start_s, until_s = interval.t_end_s;  // of the stretch
+  for (const Stretch& stretch : campaign_.stretches)
+    if (campaign_.recordings[stretch.recording].file == interval.file && stretch.t_s.front() <= interval.t_start_s &&
+        interval.t_start_s <= stretch.t_s.back()) {
+      from_s = stretch.t_s.front(), until_s = stretch.t_s.back();
+      if (campaign_.recordings.size() > 1) choice.recording = stretch.recording;
+    }
+  const auto best_of = [&](const std::vector<Candidate>& candidates) {
+    const EffectScreen screen = screen_of_events(from, candidates);
+    std::vector<Start> starts;
+    for (std::size_t c = 0; c < candidates.size(); ++c) starts.push_back(screen.start({c}));
+    sort(starts);
+    return starts.front();
+  };
+  const auto z_of = [](const Start& start) -> Eigen::VectorXd {
+    const Eigen::Index size = start.hypothesis.effects.back().size();
+    return start.theta.segment(start.theta.size() - 1 - size, size);
+  };
+  double begin_s = interval.t_start_s, end_s = interval.t_end_s;
+  choice.fixed = {{"t_start_s", begin_s}, {"t_end_s", end_s}};
+  Start best = best_of(candidates_of("tug", campaign_.ship, {choice}));
+  const double scale = campaign_.time_scale();
+  double shift_s = kFirstShift_s * scale;
+  for (int i = 0; i < kMostShifts && shift_s >= kLastShift_s * scale; ++i) {
+    FreeEffect tug = best.hypothesis.effects.back();
+    const Eigen::VectorXd z = z_of(best);
+    std::vector<Candidate> candidates;
+    for (const double a : {0.0, -1.0, 1.0})
+      for (const double b : {0.0, -1.0, 1.0}) {
+        const double begin = std::max(from_s, begin_s + a * shift_s), end = std::min(until_s, end_s + b * shift_s);
+        if (end - begin < shift_s) continue;
+        tug.fix("t_start_s", begin);
+        tug.fix("t_end_s", end);
+        candidates.push_back({{tug}, z});
+      }
+    if (candidates.empty()) break;
+    best = best_of(candidates);
+    const std::vector<double> now = best.hypothesis.effects.back().values(z);
+    const std::size_t n = now.size();  // begin and end stand last
+    const bool rests = std::abs(now[n - 2] - begin_s) < 1e-9 && std::abs(now[n - 1] - end_s) < 1e-9;
+    begin_s = now[n - 2], end_s = now[n - 1];
+    if (rests) shift_s *= 0.5;
+  }
+  return {{best.hypothesis.effects.back()}, z_of(best)};
+}
+
+EffectScreen Comparison::screen_of_events(std::size_t from, std::vector<Candidate> candidates) const {
+  return {campaign_, all_[from].fit, all_[from].hypothesis,      std::move(candidates),
+          1.0,       options_.jobs,  tolerances(all_[from].fit), false};
+}
+
+std::vector<Start> Comparison::starts_with_tugs(std::size_t from, const std::vector<Interval>& intervals) const {
+  std::vector<Candidate> tugs;
+  std::vector<std::size_t> all;
+  for (const Interval& interval : intervals) {
+    all.push_back(tugs.size());
+    tugs.push_back(tug_in(from, interval));
+  }
+  return {screen_of_events(from, std::move(tugs)).start(all)};
+}
+
 std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<Start>& starts) {
   if (starts.empty()) return std::nullopt;
   const std::set<std::string> names = name_set(starts.front().hypothesis);
@@ -397,13 +472,46 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
   }
   if (!best) return std::nullopt;
   settle_tolerance(*best);
+  if (!best->fit.report.converged) go_on(*best);
   if (is_between_samples(*best) || is_another_effect(*best)) return std::nullopt;
-  const Blocks blocks = blocks_of(campaign_, best->fit, best->fit.noise, {0, nullptr}, options_.jobs);
-  best->fold_evidence = fold_evidence(best->fit, blocks, folds_);
-  best->kappa = overdispersion_of(best->fit, blocks);
-  std::tie(best->gain, best->gain_sd) = gain(*best, none());
+  if (from != 0 && !is_worth_a_name(*best, all_[from])) return std::nullopt;
+  judge(*best);
   all_.push_back(std::move(*best));
   return all_.size() - 1;
+}
+
+void Comparison::judge(Fitted& fitted) const {
+  const Blocks blocks = blocks_of(campaign_, fitted.fit, fitted.fit.noise, {0, nullptr}, options_.jobs);
+  fitted.fold_evidence = fold_evidence(fitted.fit, blocks, folds_);
+  fitted.kappa = overdispersion_of(fitted.fit, blocks);
+  std::tie(fitted.gain, fitted.gain_sd) = gain(fitted, none());
+}
+
+bool Comparison::go_on(Fitted& fitted) {
+  const double before = gap::log_evidence(fitted.fit);
+  fitted.log_evidence = before;
+  // Also from far below: where an effect has taken most of the model error away, its levels may rest halfway.
+  for (const double share : {1.0, kFarBelow, kFarBelow})
+    for (int i = 0; i < kMostTimes; ++i) {
+      FittedNull from = fitted.fit;
+      if (i == 0) from.noise.sigma_w *= share;
+      try {
+        from = fit_with(campaign_, from, fitted.hypothesis, fitted.fit.theta, fit_options_);
+      } catch (const NumericalError&) {
+        break;
+      }
+      const double gained = gap::log_evidence(from) - fitted.log_evidence;
+      if (gained > 0.0) {
+        fitted.fit = std::move(from);
+        fitted.log_evidence += gained;
+      }
+      if (gained < kSettled) break;
+    }
+  return fitted.log_evidence > before + kSettled;
+}
+
+void Comparison::settle(std::size_t i) {
+  if (go_on(all_[i])) judge(all_[i]);
 }
 
 // Noise levels may rest in a better place than with the effect that it then is, so that evidence alone does not tell.
@@ -419,6 +527,15 @@ bool Comparison::is_another_effect(const Fitted& fitted) const {
     if (chi_squared_survival(statistic, static_cast<double>(places.size())) > options_.false_alarm) return true;
   }
   return false;
+}
+
+bool Comparison::is_worth_a_name(const Fitted& with, const Fitted& without) const {
+  const Vec3<double> typical = none().fit.report.typical.cwiseMax(1e-12);
+  const Vec3<double> after = with.fit.noise.sigma_w.cwiseQuotient(typical),
+                     before = without.fit.noise.sigma_w.cwiseQuotient(typical);
+  const double taken = std::sqrt(std::max(0.0, (before.cwiseAbs2() - after.cwiseAbs2()).maxCoeff()));
+  return before.maxCoeff() > kErrorOfInputs || taken > kWorthAName ||
+         with.fit.log_prior_of_events > without.fit.log_prior_of_events;
 }
 
 bool Comparison::is_between_samples(const Fitted& fitted) const {
@@ -481,9 +598,10 @@ double Comparison::log_odds(std::size_t i) const {
 }
 
 std::vector<double> Comparison::probabilities() const {
-  // Tempered, ln of odds against nothing missing: the evidence counts for less, what was believed before counts whole.
+  // Tempered, ln of odds against nothing missing: the evidence counts for less, and with it what the choice of the
+  // place where it is largest costs; what was believed before counts whole.
   const auto tempered = [](double log_odds, const Hypothesis& hypothesis) {
-    const double prior = log_prior(hypothesis) - log_prior({});
+    const double prior = log_prior(hypothesis, false) - log_prior({});
     return (log_odds - prior) / kTemper + prior;
   };
   std::vector<double> result;
@@ -491,15 +609,23 @@ std::vector<double> Comparison::probabilities() const {
   const double largest = *std::max_element(result.begin(), result.end());
   double sum = 0.0;
   for (double& x : result) sum += x = std::exp(x - largest);
-  // Single effects that promised too little to be fitted share in it as well.
-  for (const auto& [effect, gain] : screened_) {
-    const Hypothesis alone{{FreeEffect(effect, campaign_.ship)}};
-    if (std::any_of(all_.begin(), all_.end(),
-                    [&](const Fitted& fitted) { return fitted.hypothesis.names() == alone.names(); }))
-      continue;
-    // One linear step exaggerates: a promise alone makes nothing likelier than nothing missing.
-    sum += std::exp(tempered(std::min(gain, 0.0) + log_prior(alone) - log_prior({}), alone) - largest);
-  }
+  // Effects that promised too little to be fitted beside a hypothesis share in it as well; likelier hypotheses than
+  // were screened are as likely to lack another effect that does not show.
+  const auto unseen_beside = [&](std::size_t from) {
+    double share = 0.0;
+    for (const auto& [effect, gain] : screened_.at(from)) {
+      Hypothesis more = all_[from].hypothesis;
+      more.effects.emplace_back(effect, campaign_.ship);
+      if (std::any_of(all_.begin(), all_.end(),
+                      [&](const Fitted& fitted) { return name_set(fitted.hypothesis) == name_set(more); }))
+        continue;
+      // One linear step exaggerates: a promise alone makes nothing likelier than without it.
+      share += std::exp(std::min(gain, 0.0) / kTemper + log_prior(more) - log_prior(all_[from].hypothesis));
+    }
+    return share;
+  };
+  sum += unseen_beside(0) * result.front();
+  if (screened_.size() > 1) sum += unseen_beside(screened_.rbegin()->first) * (sum - result.front());
   for (double& x : result) x /= sum;
   return result;
 }
@@ -507,8 +633,13 @@ std::vector<double> Comparison::probabilities() const {
 bool Comparison::holds(std::size_t better, std::size_t than, double p_value) const {
   const auto [sum, sd] = gain(all_[better], all_[than]);
   const double rate = options_.false_alarm, odds = log_odds(better) - log_odds(than);
+  if (!(odds > 0.0) || !is_significant(all_[better])) return false;
+  // What a coefficient could do as well, if it were far off what is stated, predicts no better: it is likelier alone.
+  // Terms are likelier wherever forms of forces differ.
+  if (than == 0 && odds > kFarLikelier && !name_set(all_[better].hypothesis).contains("unknown"))
+    return sum > -kGainSd * sd;
   const double least = p_value < rate * rate || odds > kStrongOdds ? 1.0 : kGainSd;
-  return sum > 0.0 && sum > least * sd && odds > 0.0 && is_significant(all_[better]);
+  return sum > 0.0 && sum > least * sd;
 }
 
 bool Comparison::is_significant(const Fitted& fitted) const {

@@ -57,10 +57,18 @@ class Comparison {
   /// ship lacks what it needs.
   std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice);
 
+  /// The same with a tug of unknown force, direction and point of action in each of some intervals of different
+  /// recordings, whose ends are moved to where it explains most.
+  std::vector<Start> starts_with_tugs(std::size_t from, const std::vector<Interval>& intervals) const;
+
   /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted, or lets
   /// the rudders act no otherwise than they may have between samples, or than their angles are known, or is no
-  /// more than another effect (a sheared current without shear).
+  /// more than another effect (a sheared current without shear), or, beside others, takes hardly any model error away:
+  /// inputs between the samples make as much.
   std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts);
+
+  /// Goes on with a fit as long as it gains: it is what others are compared to.
+  void settle(std::size_t i);
 
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
   std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
@@ -78,8 +86,13 @@ class Comparison {
  private:
   bool is_significant(const Fitted& fitted) const;
   bool is_between_samples(const Fitted& fitted) const;
+  bool is_worth_a_name(const Fitted& with, const Fitted& without) const;
   bool is_another_effect(const Fitted& fitted) const;
   void settle_tolerance(Fitted& fitted);
+  bool go_on(Fitted& fitted);  // whether it gained
+  void judge(Fitted& fitted) const;
+  Candidate tug_in(std::size_t from, const Interval& interval) const;
+  EffectScreen screen_of_events(std::size_t from, std::vector<Candidate> candidates) const;
   std::vector<Candidate> candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const;
 
   Campaign& campaign_;
@@ -88,7 +101,7 @@ class Comparison {
   Blocks blocks_;
   std::vector<Fitted> all_;
   std::vector<std::vector<std::size_t>> folds_;
-  std::map<std::string, double> screened_;  ///< what each effect promised beside nothing [nats]
+  std::map<std::size_t, std::map<std::string, double>> screened_;  ///< what each promised beside a fit [nats]
 };
 
 /// The evidence of all blocks but those of a fold.

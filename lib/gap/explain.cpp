@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kNotExcluded = 0.3;  // of the probability: what is not excluded against a hypothesis
 constexpr double kPossible = 0.01;    // probability that is worth a word
+// Of what is called unknown: how often it is an effect of the catalogue that acts in another form than the catalogue's.
+constexpr double kOtherForm = 0.2;
 constexpr double kUnexplained = 0.5;  // of the model error's energy that what is named must take away
 
 // How well a delay can be known [s]: what actuators do between samples is not.
@@ -91,12 +93,18 @@ double energy(const Vec3<double>& sigma_w, double L_pp) {
 // 62-71).
 void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double p_value) {
   const double p = std::clamp(p_value, 1e-300, std::exp(-1.0)), odds = -std::exp(1.0) * p * std::log(p);
-  for (Explained& hypothesis : explanation.hypotheses) hypothesis.probability *= odds / (1.0 + odds);
+  double named = 0.0;
+  for (const Explained& hypothesis : explanation.hypotheses)
+    if (!hypothesis.effects.empty() && hypothesis.effects != beside) named += hypothesis.probability;
+  const double left = named > 0.0 ? 1.0 - kOtherForm : 1.0;
+  for (Explained& hypothesis : explanation.hypotheses)
+    hypothesis.probability *=
+        hypothesis.effects.empty() || hypothesis.effects == beside ? left * odds / (1.0 + odds) : kOtherForm / named;
   Explained unknown;
   unknown.effects = beside;
   unknown.effects.push_back("unknown");
   unknown.name = fmt::format("{}", fmt::join(unknown.effects, " + "));
-  unknown.probability = 1.0 / (1.0 + odds);
+  unknown.probability = left / (1.0 + odds);
   unknown.sentence = "Something acts that the catalogue does not hold.";
   unknown.separating_maneuver = "the maneuvers in which what is left is largest";
   explanation.hypotheses.push_back(std::move(unknown));
@@ -181,7 +189,7 @@ void conclude(Explanation& explanation, const Findings& findings, const Comparis
   const bool is_likelier = selection.stated[best] > selection.stated[0];
   // Seen, but barely, and nothing missing is the likeliest, or too little to be called unknown: neither claimed nor
   // denied.
-  if (verdict == Verdict::mismatch && !is_named && (!errs || (!is_likelier && detected_p >= surely(options))))
+  if (verdict == Verdict::mismatch && !is_named && (!errs || detected_p >= surely(options)))
     verdict = Verdict::undecided;
   // Likelier than nothing, but not shown.
   if (verdict == Verdict::no_mismatch && is_likelier) verdict = Verdict::undecided;
@@ -192,8 +200,12 @@ void conclude(Explanation& explanation, const Findings& findings, const Comparis
   explanation.is_complete = is_named && (left_p >= rate || selection.is_negligible);
   if (is_named && (explanation.is_complete || !errs || taken > kUnexplained || comparison.log_odds(chosen) > kStrong))
     explanation.chosen = answer.hypothesis.names();
+  if (explanation.chosen.empty() && left_p >= surely(options)) {
+    verdict = Verdict::undecided;
+    return;
+  }
   if (explanation.is_complete || !errs || has_terms(explanation.chosen) ||
-      (!explanation.chosen.empty() && left_p >= surely(options)))
+      (!explanation.chosen.empty() && left_p >= surely_beside(options)))
     return;
   explanation.chosen.push_back("unknown");
   const std::vector<std::string> fitted = answer.hypothesis.names();  // with terms for it, or without

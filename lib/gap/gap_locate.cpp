@@ -16,12 +16,13 @@ namespace leeway::gap {
 namespace {
 
 constexpr double kNotWhite = 0.25;        // autocorrelation of the innovations that the noise model should not leave
-constexpr double kErrsAsMuch = 0.7;       // model error by typical acceleration: then little is predicted at all
 constexpr double kErrorOfInputs = 0.05;   // by typical acceleration: what inputs between samples can make
+constexpr double kErrsAsMuch = 0.7;       // model error by typical acceleration: then little is predicted at all
 constexpr double kFarParameter_sd = 4.0;  // of what is stated: a parameter farther off stands for something else
 constexpr std::size_t kFewestSamples = 300;
 constexpr double kNearly = 5.0;        // p-values up to this times the rate of false alarms leave it open
 constexpr double kOpen = 3.0;          // log-odds of a reading that short times do not decide
+constexpr double kContradicted = 3.0;  // nats by which recordings are likelier without a faint fault
 constexpr double kFarLikelier = 10.0;  // log-odds by which a fit contradicts a convention
 
 // The verdict with the reason for it.
@@ -244,6 +245,26 @@ std::optional<Reading> told_by_fit(const Campaign& campaign, const FittedNull& f
   return result;
 }
 
+// A fault that noise feigns in one of some hundred campaigns. Likelihoods with and without it can be compared where
+// taking it out neither stretches nor filters a channel.
+bool is_faint(const Fault& fault, double false_alarm) {
+  return fault.p_value >= false_alarm * false_alarm &&
+         (fault.name == "lever-arm" || fault.name.ends_with("-bias") || fault.name.ends_with("-latency"));
+}
+
+// Leaves the faults that are certain.
+void withdraw(Findings& findings, std::vector<Fault> certain, double gained) {
+  std::vector<Fault>& faults = findings.audit.faults;
+  for (const Fault& fault : faults)
+    if (std::none_of(certain.begin(), certain.end(), [&](const Fault& c) { return c.name == fault.name; }))
+      findings.audit.notices.push_back(fmt::format(
+          "{} (p = {:.2g}): not so, since the simulator then follows the recordings worse (log-odds {:.0f})",
+          fault.sentence, fault.p_value, gained));
+  faults = std::move(certain);
+  if (faults.empty()) findings.audit.verdict = Audit::Verdict::consistent;
+  findings.corrected = !faults.empty() || !findings.conventions.contradicted.empty();
+}
+
 Investigation investigate(const Ship& ship, const std::shared_ptr<const EnsembleSimulator>& ensemble,
                           std::vector<Trajectory>& recordings, const GapLocateOptions& options);
 
@@ -308,10 +329,11 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
   findings.audit = audit(reread_recordings, audit_options);
   findings.corrected =
       options.correct && (!findings.audit.faults.empty() || !findings.conventions.contradicted.empty());
-  if (findings.corrected) {
-    recordings = std::move(reread_recordings);
-    for (Trajectory& recording : recordings) recording = corrected(recording, findings.audit.faults);
-  }
+  const auto take_out = [&](const std::vector<Fault>& faults) {
+    recordings = reread_recordings;
+    for (Trajectory& recording : recordings) recording = corrected(recording, faults);
+  };
+  if (findings.corrected) take_out(findings.audit.faults);
 
   Campaign& campaign = investigation.campaign;
   FittedNull& fit = investigation.null;
@@ -335,6 +357,21 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
     findings.detection.untested = untested_of(library, findings.detection);
   };
   examine();
+  // A faint fault, taken out where there is none, would look like missing physics.
+  std::vector<Fault> certain = findings.audit.faults;
+  std::erase_if(certain, [&](const Fault& fault) { return is_faint(fault, options.false_alarm); });
+  if (findings.corrected && !ensemble && certain.size() < findings.audit.faults.size()) {
+    const double with = fit.report.log_likelihood_per_sample;
+    take_out(certain);
+    examine();
+    const double gained = (fit.report.log_likelihood_per_sample - with) * static_cast<double>(fit.report.samples);
+    if (gained > kContradicted) {
+      withdraw(findings, std::move(certain), gained);
+    } else {
+      take_out(findings.audit.faults);
+      examine();
+    }
+  }
   if (findings.detection.p_value < options.false_alarm && !ensemble)
     if (const std::optional<Reading> reading = told_by_fit(campaign, fit, findings.conventions, options.jobs)) {
       findings.conventions.contradicted.push_back(*reading);

@@ -78,6 +78,11 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& ch
   make_effect<double>(type_, at_median, ship);
 }
 
+void FreeEffect::fix(std::string_view parameter, double value) {
+  for (std::size_t i = 0; i < parameters_.size(); ++i)
+    if (parameters_[i].name == parameter) base_[i] = value;
+}
+
 Eigen::Index FreeEffect::size() const {
   Eigen::Index n = 0;
   for (const Coordinate& c : coordinates_) n += c.is_vector() ? 2 : 1;

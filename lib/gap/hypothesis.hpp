@@ -39,6 +39,8 @@ class FreeEffect {
       : FreeEffect(name, ship, Choice{towards_deg, {}, {}, {}, {}, 0.0}) {}
 
   const std::string& name() const { return name_; }
+  /// Another value for a parameter that is known.
+  void fix(std::string_view parameter, double value);
   const std::optional<std::size_t>& recording() const { return recording_; }
   Eigen::Index size() const;  ///< coordinates
   double log_ways() const { return log_ways_; }

@@ -23,6 +23,7 @@ constexpr std::size_t kMostIntervals = 8, kMostUntrained = 16;
 constexpr double kMostlyOutside = 0.5;    // share of an interval's points beyond the training data
 constexpr double kOneMemberMore = 1e-3;   // probability of a member that differs as much
 constexpr double kLongestShare = 0.6;     // of all blocks: longer is no interval
+constexpr double kLeastLeft = 0.1;        // of the variance of a run, when the parameters have taken what they can
 constexpr double kSmall = 0.2;            // of the typical acceleration: see Interval::is_small
 constexpr double kReference_mps2 = 5e-4;  // accelerations are counted in this, yaw at 0.25 L_pp from midship
 constexpr int kActiveBlocks = 4;          // an acceleration is forgotten by then
@@ -194,7 +195,7 @@ struct Run {
   int axis;
 };
 
-// All runs of blocks with the variance of their summed score.
+// All runs of blocks with the variance of their summed score, but those that the parameters may make almost whole.
 struct Runs {
   std::vector<Run> runs;
   std::vector<double> variance;
@@ -206,13 +207,17 @@ Runs all_runs(const BlockEvidence& evidence) {
   const auto longest = static_cast<std::size_t>(std::max(1.0, kLongestShare * static_cast<double>(n)));
   for (int axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < n; ++i) {
-      double variance = 0.0;
+      double variance = 0.0, given = 0.0;
       for (std::size_t j = i; j < n && j - i < longest && evidence.blocks[j].stretch == evidence.blocks[i].stretch;
            ++j) {
         const Eigen::Index c = evidence.column(j, axis);
-        for (std::size_t q = i; q < j; ++q) variance += 2.0 * evidence.F(c, evidence.column(q, axis));
+        for (std::size_t q = i; q < j; ++q) {
+          variance += 2.0 * evidence.F(c, evidence.column(q, axis));
+          given += 2.0 * evidence.F_given(c, evidence.column(q, axis));
+        }
         variance += evidence.F(c, c);
-        if (variance < 1e-6) continue;
+        given += evidence.F_given(c, c);
+        if (variance < std::max(1e-6, kLeastLeft * given)) continue;
         result.runs.push_back({i, j + 1, axis});
         result.variance.push_back(variance);
       }
@@ -881,10 +886,12 @@ std::vector<Residual> residuals(const Campaign& campaign, const FittedNull& fit)
   return result;
 }
 
-double strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options) {
-  double p_value = 1.0;
-  scan(campaign, fit, block_evidence(campaign, fit, {}, options.jobs), options, p_value);
-  return p_value;
+Strongest strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options) {
+  Strongest result;
+  for (Interval& interval :
+       scan(campaign, fit, block_evidence(campaign, fit, {}, options.jobs), options, result.p_value))
+    if (!result.interval && !interval.is_small && !interval.is_untrained()) result.interval = std::move(interval);
+  return result;
 }
 
 Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options) {

@@ -30,8 +30,12 @@ struct Location {
 /// there; probability above 0.1 %).
 Location locate(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
 
-/// The p-value of that interval alone.
-double strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
+/// That interval alone.
+struct Strongest {
+  double p_value = 1.0;
+  std::optional<Interval> interval;  ///< where the p-value is below `false_alarm`
+};
+Strongest strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options);
 
 /// The smoothed residual along each recording.
 std::vector<Residual> residuals(const Campaign& campaign, const FittedNull& fit);

@@ -134,6 +134,7 @@ Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
 // Renews the scales of the model error: blocks whose mean square is far above that of most. The median knows what most
 // blocks are, also where a few have made sigma_w large.
 void find_events(FittedNull& fit, const Campaign& campaign) {
+  fit.log_prior_of_events = 0.0;
   const double block_s = kEventBlock_s * campaign.time_scale();
   struct Piece {
     std::size_t stretch, begin, end;
@@ -161,6 +162,7 @@ void find_events(FittedNull& fit, const Campaign& campaign) {
       const double ratio = block.mean_square[i] / usual;
       const bool was_event = fit.event_scale[block.stretch][block.begin][i] > 1.0;
       const double scale = ratio > (was_event ? kStillEvent : kEvent) ? std::sqrt(ratio) : 1.0;
+      if (scale > 1.0) fit.log_prior_of_events -= std::log(3.0 * static_cast<double>(blocks.size()));
       for (std::size_t k = block.begin; k < block.end; ++k) fit.event_scale[block.stretch][k][i] = scale;
     }
   }
@@ -173,6 +175,8 @@ std::vector<EffectColumns> columns_by_recording(const Campaign& campaign, const 
     result.emplace_back(campaign, hypothesis, z, plain_theta, r);
   return result;
 }
+
+enum class Judged { nothing, events, all };  // all: outliers as well
 
 // The way to the best parameters and noise levels, by Gauss-Newton steps along paths that are renewed.
 class Climb {
@@ -223,8 +227,9 @@ class Climb {
   }
 
   /// Goes on until the steps rest or are too many; returns whether they rest.
-  /// Outliers and events are judged on the way only where `judges`, so that hypotheses are compared on the same data.
-  bool to_rest(int most_iterations, bool judges) {
+  /// Outliers are judged on the way for nothing missing alone, so that hypotheses are compared on the same data.
+  bool to_rest(int most_iterations, Judged judged) {
+    const bool judges = judged == Judged::all;
     double moved = 1.0, noise_moved = 1.0, damping = 0.0;
     for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
       const bool is_free = judges && iteration < kFreeSteps;
@@ -253,13 +258,22 @@ class Climb {
         const std::size_t settling = std::min(kSettling, fit_.smoothed[s].state.size());
         std::copy_n(fit_.smoothed[s].state.begin(), settling, fit_.stretches[s].path.begin());
       });
-      if (judges && iteration > 1 && iteration < kEventsSettled) find_events(fit_, campaign_);
+      if (judged != Judged::nothing && iteration > 1 && iteration < kEventsSettled) {
+        find_events(fit_, campaign_);
+        if (!judges) take_events();
+      }
       // Once more when events no longer hide them.
       if (judges && (iteration == 2 || iteration == 6)) leave_out_outliers();
       if (options_.progress)
         options_.progress(1.0 - 1.0 / (1.0 + 0.3 * fit_.report.iterations),
                           fmt::format("parameters still move by {:.2g} sd", moved));
     }
+  }
+
+  /// Judges the linearized stretches by the events that were found.
+  void take_events() {
+    for (std::size_t s = 0; s < fit_.stretches.size(); ++s) fit_.stretches[s].event_scale = fit_.event_scale[s];
+    fit_.total = levels().total(fit_.noise);
   }
 
   /// Takes a response of the rudders that was tried out of the campaign.
@@ -567,7 +581,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   const Hypothesis nothing;
   Climb climb(campaign, fit, nothing, options, true);
   fit.prior_sd = climb.prior(&UncertainParameter::log_sd);
-  const bool rests_as_stated = climb.to_rest(options.most_iterations, true);
+  const bool rests_as_stated = climb.to_rest(options.most_iterations, Judged::all);
   const NullFit as_stated = fit.report;
   const Eigen::VectorXd theta = fit.theta;
   const Noise noise = fit.noise;
@@ -576,7 +590,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
   // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
   fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
-  fit.report.converged = climb.to_rest(options.most_iterations / 2, false);
+  fit.report.converged = climb.to_rest(options.most_iterations / 2, Judged::nothing);
   if (!fit.report.converged) {
     const int iterations = fit.report.iterations;
     fit.report = as_stated;
@@ -606,7 +620,7 @@ FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis
   fit.report = NullFit();
   fit.report.outliers = from.report.outliers;
   Climb climb(campaign, fit, hypothesis, options, false);
-  fit.report.converged = climb.to_rest(options.most_iterations, false);
+  fit.report.converged = climb.to_rest(options.most_iterations, Judged::events);
   finish(campaign, climb, options.jobs, false, fit);
   climb.restore_inputs();
   return fit;
@@ -631,7 +645,7 @@ FittedNull follow(Campaign& campaign, const FittedNull& fit, const Hypothesis& h
 
 double log_evidence(const FittedNull& fit) {
   const Levels off = (levels_of(fit.noise) - fit.level_prior_mean).cwiseQuotient(fit.level_prior_sd);
-  return marginal(fit.total, fit.theta, fit.prior_sd) - 0.5 * off.squaredNorm();
+  return marginal(fit.total, fit.theta, fit.prior_sd) - 0.5 * off.squaredNorm() + fit.log_prior_of_events;
 }
 
 Coordinates coordinates_of(const FittedNull& fit) {

@@ -21,6 +21,7 @@ struct FittedNull {
   std::vector<LinearStretch> stretches;  ///< linearized at theta along the filtered paths
   std::vector<Smoothed> smoothed;
   std::vector<std::vector<Vec3<double>>> event_scale;  ///< of each stretch, as LinearStretch has it
+  double log_prior_of_events = 0.0;                    ///< each block and axis as likely as one event in all is
   Evidence total;                                      ///< about theta, at the end
   Eigen::VectorXd prior_sd;                            ///< of theta: UncertainParameter::tolerated_sd
   Levels level_prior_mean, level_prior_sd, level_unit = Levels::Ones();
@@ -42,6 +43,7 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options);
 
 /// The same with effects whose coordinates are fitted beside the coefficients, from another fit on: its data, paths,
 /// noise levels and events are where it begins, and its prior widths hold; the noise of the measurements is known then.
+/// What an effect explains is no event any more.
 /// theta is then (coefficients, z, timing).
 ///   theta0  to start from
 FittedNull fit_with(Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis,

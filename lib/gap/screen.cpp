@@ -82,7 +82,7 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
 
 EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
                            std::vector<Candidate> candidates, double share, std::size_t jobs,
-                           std::vector<Eigen::VectorXd> prior_sd)
+                           std::vector<Eigen::VectorXd> prior_sd, bool knows_events)
     : so_far_(so_far),
       candidates_(std::move(candidates)),
       theta_(from.theta),
@@ -101,6 +101,8 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
     for (const Candidate& candidate : candidates_)
       sides[r].push_back(sides_of(candidate, campaign, so_far, known, plain_theta, r));
   });
+  Noise noise = from.noise;
+  noise.knows_events = knows_events;
   std::vector<Evidence> parts(from.stretches.size());
   parallel_for(parts.size(), jobs, [&](std::size_t s) {
     const std::size_t recording = campaign.stretches[s].recording;
@@ -134,7 +136,7 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
           out.col(column++).setZero();
       }
     };
-    parts[s] = evidence(linear, from.noise, count, more);
+    parts[s] = evidence(linear, noise, count, more);
   });
   total_ = Evidence(theta_.size() + count);
   for (const Evidence& part : parts) total_ += part;

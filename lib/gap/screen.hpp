@@ -33,9 +33,10 @@ class EffectScreen {
   ///   share   of the fit's coefficients, from which the step begins: 1, or 0 for the ship's own, which an effect that
   ///           is missing may have bent
   ///   prior_sd  of the fit's theta: one or several, of which the one counts that explains the recordings best
+  ///   knows_events  false: what acts for a while is not taken for an event
   EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
-               std::vector<Candidate> candidates, double share, std::size_t jobs,
-               std::vector<Eigen::VectorXd> prior_sd);
+               std::vector<Candidate> candidates, double share, std::size_t jobs, std::vector<Eigen::VectorXd> prior_sd,
+               bool knows_events = true);
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
   /// ln of the evidence of a set of candidates (places in the list); minus infinity where the simulator runs away.

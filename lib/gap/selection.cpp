@@ -14,11 +14,17 @@ constexpr double kHopeless = 0.5;         // of the evidence that was gained: wh
 constexpr double kHopelessOfPlaces = 0.8;  // they are many, and a step towards the best of many promises too much
 constexpr double kFarBehind = 20.0;        // if it is so many nats behind
 constexpr double kPairGain = 10.0;         // nats by which a pair must promise more than one effect
+constexpr std::size_t kMostTugs = 8;
 constexpr double kOfPlaces = 5.0;     // nats for a residual that depends on the position: walls and lines are tried
 constexpr double kNegligible = 0.05;  // of the evidence of what is named: -ln p of what is left is not worth a word
 
-// The p-value of what is left beside a hypothesis: effects of the catalogue around its fit, and intervals.
-double left_beside(const Campaign& campaign, const Fitted& fitted, const GapExplainOptions& options) {
+// What is left beside a hypothesis: effects of the catalogue around its fit, and intervals.
+struct Left {
+  double p_value;
+  Strongest interval;
+};
+
+Left left_beside(const Campaign& campaign, const Fitted& fitted, const GapExplainOptions& options) {
   const Coordinates z = coordinates_of(fitted.fit);
   Campaign with = campaign;
   for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
@@ -44,19 +50,9 @@ double left_beside(const Campaign& campaign, const Fitted& fitted, const GapExpl
   locate_options.false_alarm = options.locate.false_alarm;
   locate_options.jobs = options.locate.jobs;
   locate_options.seed = options.locate.seed;
-  return std::min(1.0, 2.0 * std::min(detect(with, fit, library, detect_options).p_value,
-                                      strongest_interval(with, fit, locate_options)));
-}
-
-// The interval as a tug of unknown force, direction and point of action.
-FreeEffect::Choice tug_in(const Interval& interval, const Campaign& campaign) {
-  FreeEffect::Choice tug;
-  tug.fixed = {{"t_start_s", interval.t_start_s}, {"t_end_s", interval.t_end_s}};
-  tug.freed = {"x_m"};
-  tug.log_ways = std::log(static_cast<double>(interval.searched));
-  for (std::size_t r = 0; r < campaign.recordings.size() && campaign.recordings.size() > 1; ++r)
-    if (campaign.recordings[r].file == interval.file) tug.recording = r;
-  return tug;
+  Left left{detect(with, fit, library, detect_options).p_value, strongest_interval(with, fit, locate_options)};
+  left.p_value = std::min(1.0, 2.0 * std::min(left.p_value, left.interval.p_value));
+  return left;
 }
 
 class Selector {
@@ -106,8 +102,23 @@ class Selector {
     return promised < share * gained && promised < gained - kFarBehind;
   }
 
-  FreeEffect::Choice choice_of(const std::string& effect) const {
-    return effect == "tug" ? tug_in(findings_.located.intervals.front(), campaign_) : FreeEffect::Choice();
+  /// A tug is sought in the interval where it was.
+  std::vector<Start> starts_with(std::size_t from, const std::string& effect) const {
+    return effect == "tug" ? comparison_.starts_with_tugs(from, tugs_) : comparison_.starts_with(from, effect, {});
+  }
+  std::optional<std::size_t> add_tugs(std::size_t from, std::vector<Interval> intervals) {
+    const auto added = comparison_.add(from, comparison_.starts_with_tugs(from, intervals));
+    if (added) tugs_ = std::move(intervals);
+    return added;
+  }
+  /// The strongest interval of each recording in which something surely acts.
+  std::vector<Interval> strongest_by_recording() const {
+    std::vector<Interval> result;
+    for (const Interval& interval : findings_.located.intervals)
+      if (interval.p_value < surely(options_) && !interval.is_small && result.size() < kMostTugs &&
+          std::none_of(result.begin(), result.end(), [&](const Interval& i) { return i.file == interval.file; }))
+        result.push_back(interval);
+    return result;
   }
 
   void fit_singles_and_pair() {
@@ -139,7 +150,8 @@ class Selector {
       for (const auto& promise : comparison_.promises_of_places(0))
         if (!is_hopeless(promise.gain, likeliest_, 0, kHopelessOfPlaces)) better(comparison_.add(0, promise.starts));
     }
-    if (acts_at_times) better(comparison_.add(0, comparison_.starts_with(0, "tug", choice_of("tug"))));
+    if (std::vector<Interval> intervals = strongest_by_recording(); !intervals.empty())
+      better(add_tugs(0, std::move(intervals)));
     progress(0.74, "terms of what the catalogue does not hold");
     better(comparison_.add(0, comparison_.terms_beside(0)));
   }
@@ -148,13 +160,13 @@ class Selector {
   void take_likeliest() {
     selection_.stated = comparison_.probabilities();
     const std::vector<double>& stated = selection_.stated;
+    const double p_value = findings_.detection.p_value;
     std::size_t& best = selection_.best;
     // Terms are always likelier than nothing where the forms of the forces are not quite those of the ship.
     for (std::size_t i = 1; i < stated.size(); ++i)
       if ((best == 0 || stated[i] > stated[best]) &&
-          (selection_.error >= kErrorOfForms || !has_terms(hypothesis(i).names())))
+          ((selection_.error >= kErrorOfForms && p_value < surely(options_)) || !has_terms(hypothesis(i).names())))
         best = i;
-    const double p_value = findings_.detection.p_value;
     const bool is_likelier = p_value < options_.locate.false_alarm && stated[best] > stated[0];
     const bool is_certain = is_likelier || comparison_.log_odds(best) > kStrong;
     if (is_certain && comparison_.holds(best, 0, is_likelier ? 0.0 : 1.0)) selection_.chosen = best;
@@ -168,7 +180,9 @@ class Selector {
     while (chosen != 0) {
       const std::size_t size = hypothesis(chosen).names().size();
       progress(0.75 + 0.04 * static_cast<double>(size), "what is left beside " + hypothesis(chosen).name());
-      left_p = left_beside(campaign_, comparison_.all()[chosen], options_);
+      comparison_.settle(chosen);
+      const Left left = left_beside(campaign_, comparison_.all()[chosen], options_);
+      left_p = left.p_value;
       if (size >= options_.most_effects) break;
       // A p-value is against everything that may be left; one effect can be certain where that is not small.
       const bool is_left = left_p < options_.locate.false_alarm;
@@ -178,6 +192,11 @@ class Selector {
         if (const auto added = comparison_.add(chosen, promise.starts))
           if (!next || evidence(*added) > evidence(*next)) next = added;
       }
+      const std::vector<std::string> names = hypothesis(chosen).names();
+      if (left.interval.interval && left.interval.p_value < surely(options_) &&
+          std::find(names.begin(), names.end(), "tug") == names.end())
+        if (const auto added = add_tugs(chosen, {*left.interval.interval}))
+          if (!next || evidence(*added) > evidence(*next)) next = added;
       selection_.is_negligible = -std::log(std::max(left_p, 1e-300)) < kNegligible * (evidence(chosen) - evidence(0));
       // Likelier, but not shown to help: not claimed, and no unknown either.
       selection_.is_negligible |=
@@ -192,7 +211,7 @@ class Selector {
   /// What the catalogue does not hold beside what was chosen, in a few terms.
   void take_terms() {
     const std::size_t chosen = selection_.chosen;
-    if (chosen == 0 || selection_.left_p_value >= surely(options_) || selection_.is_negligible ||
+    if (chosen == 0 || selection_.left_p_value >= surely_beside(options_) || selection_.is_negligible ||
         selection_.error < kErrorOfForms || has_terms(hypothesis(chosen).names()))
       return;
     progress(0.86, "terms for what is left");
@@ -201,7 +220,7 @@ class Selector {
         comparison_.log_odds(*added) <= comparison_.log_odds(selection_.best))
       return;
     selection_.chosen = *added;
-    selection_.left_p_value = left_beside(campaign_, comparison_.all()[*added], options_);
+    selection_.left_p_value = left_beside(campaign_, comparison_.all()[*added], options_).p_value;
   }
 
   /// One that was taken first may have stood in for two others.
@@ -214,8 +233,7 @@ class Selector {
       for (std::size_t out = 0; out < names.size() && !is_shorter; ++out) {
         std::optional<std::size_t> reduced = std::size_t{0};
         for (std::size_t i = 0; i < names.size() && reduced; ++i)
-          if (i != out)
-            reduced = comparison_.add(*reduced, comparison_.starts_with(*reduced, names[i], choice_of(names[i])));
+          if (i != out) reduced = comparison_.add(*reduced, starts_with(*reduced, names[i]));
         if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, 1.0)) {
           chosen = *reduced;
           is_shorter = true;
@@ -230,6 +248,7 @@ class Selector {
   const GapExplainOptions& options_;
   const bool is_searched_;  // not only a few, to tell that nothing is likelier than them
   std::size_t likeliest_ = 0;
+  std::vector<Interval> tugs_;  ///< where they were sought
   Selection selection_;
 };
 

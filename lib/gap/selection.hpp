@@ -24,10 +24,12 @@ inline constexpr double kErrorOfForms = 0.1;
 bool has_terms(const std::vector<std::string>& names);
 
 inline constexpr double kStrong = 5.7;  ///< nats of posterior odds: then the p-value is not asked
-/// p-value below which something is left beside what is named: its own form may be a little other than the catalogue's.
+/// p-value below which what has no name is called unknown.
 inline double surely(const GapExplainOptions& options) {
   return options.locate.false_alarm * options.locate.false_alarm;
 }
+/// The same beside what is named, whose form may be a little other than the catalogue's.
+inline double surely_beside(const GapExplainOptions& options) { return surely(options) * surely(options); }
 
 /// Fits the likeliest effects one by one, then pairs, places, a tug and terms of the unknown, and chooses: what is
 /// stated as likeliest, then effects beside it while something is left, without those that the others have made
