@@ -20,8 +20,8 @@ namespace {
 constexpr double kLessPromising = 5.0;  // nats of a start behind the best: not tried
 constexpr double kGainSd = 2.0;         // standard errors by which what was held out must be predicted better
 constexpr double kStrongOdds = 5.0;     // nats
-// Of the typical acceleration: model error that inputs between the samples make, and what must be taken of less.
-constexpr double kErrorOfInputs = 0.05, kWorthAName = 0.02;
+// Of the typical acceleration: what must be taken away where no more is left than inputs between the samples make.
+constexpr double kWorthAName = 0.02;
 constexpr double kFarLikelier = 5.7;  // nats
 constexpr double kSettled = 0.5;      // nats by which a fit may still gain
 constexpr double kTemper = 2.0;       // of stated probabilities: docs/gap-explain.md
@@ -613,7 +613,9 @@ std::vector<double> Comparison::probabilities() const {
   // were screened are as likely to lack another effect that does not show.
   const auto unseen_beside = [&](std::size_t from) {
     double share = 0.0;
-    for (const auto& [effect, gain] : screened_.at(from)) {
+    const auto screened = screened_.find(from);
+    if (screened == screened_.end()) return share;
+    for (const auto& [effect, gain] : screened->second) {
       Hypothesis more = all_[from].hypothesis;
       more.effects.emplace_back(effect, campaign_.ship);
       if (std::any_of(all_.begin(), all_.end(),

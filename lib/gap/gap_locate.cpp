@@ -16,7 +16,6 @@ namespace leeway::gap {
 namespace {
 
 constexpr double kNotWhite = 0.25;        // autocorrelation of the innovations that the noise model should not leave
-constexpr double kErrorOfInputs = 0.05;   // by typical acceleration: what inputs between samples can make
 constexpr double kErrsAsMuch = 0.7;       // model error by typical acceleration: then little is predicted at all
 constexpr double kFarParameter_sd = 4.0;  // of what is stated: a parameter farther off stands for something else
 constexpr std::size_t kFewestSamples = 300;

@@ -28,6 +28,8 @@ struct FittedNull {
   NullFit report;
 };
 
+inline constexpr double kErrorOfInputs = 0.05;  ///< by typical acceleration: what inputs between samples can make
+
 struct FitOptions {
   std::size_t jobs = 1;
   int most_iterations = 30;
