@@ -22,9 +22,8 @@ constexpr double kGainSd = 2.0;         // standard errors by which what was hel
 constexpr double kStrongOdds = 5.0;     // nats
 // Of the typical acceleration: what must be taken away where no more is left than inputs between the samples make.
 constexpr double kWorthAName = 0.02;
-constexpr double kFarLikelier = 5.7;  // nats
-constexpr double kSettled = 0.5;      // nats by which a fit may still gain
-constexpr double kTemper = 2.0;       // of stated probabilities: docs/gap-explain.md
+constexpr double kSettled = 0.5;  // nats by which a fit may still gain
+constexpr double kTemper = 2.0;   // of stated probabilities: docs/gap-explain.md
 constexpr std::array kTolerances{0.0, 0.5, 1.0};
 constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
@@ -493,16 +492,16 @@ bool Comparison::go_on(Fitted& fitted) {
   // Also from far below: where an effect has taken most of the model error away, its levels may rest halfway.
   for (const double share : {1.0, kFarBelow, kFarBelow})
     for (int i = 0; i < kMostTimes; ++i) {
-      FittedNull from = fitted.fit;
-      if (i == 0) from.noise.sigma_w *= share;
+      FittedNull next = fitted.fit;
+      if (i == 0) next.noise.sigma_w *= share;
       try {
-        from = fit_with(campaign_, from, fitted.hypothesis, fitted.fit.theta, fit_options_);
+        next = fit_with(campaign_, next, fitted.hypothesis, next.theta, fit_options_);
       } catch (const NumericalError&) {
         break;
       }
-      const double gained = gap::log_evidence(from) - fitted.log_evidence;
+      const double gained = gap::log_evidence(next) - fitted.log_evidence;
       if (gained > 0.0) {
-        fitted.fit = std::move(from);
+        fitted.fit = std::move(next);
         fitted.log_evidence += gained;
       }
       if (gained < kSettled) break;
@@ -638,8 +637,7 @@ bool Comparison::holds(std::size_t better, std::size_t than, double p_value) con
   if (!(odds > 0.0) || !is_significant(all_[better])) return false;
   // What a coefficient could do as well, if it were far off what is stated, predicts no better: it is likelier alone.
   // Terms are likelier wherever forms of forces differ.
-  if (than == 0 && odds > kFarLikelier && !name_set(all_[better].hypothesis).contains("unknown"))
-    return sum > -kGainSd * sd;
+  if (than == 0 && odds > kStrong && !name_set(all_[better].hypothesis).contains("unknown")) return sum > -kGainSd * sd;
   const double least = p_value < rate * rate || odds > kStrongOdds ? 1.0 : kGainSd;
   return sum > 0.0 && sum > least * sd;
 }

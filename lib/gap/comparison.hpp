@@ -8,6 +8,8 @@
 
 namespace leeway::gap {
 
+inline constexpr double kStrong = 5.7;  ///< nats of posterior odds: then the p-value is not asked
+
 /// A hypothesis with its fit.
 struct Fitted {
   Hypothesis hypothesis;

@@ -20,7 +20,7 @@ constexpr double kNegligible = 0.05;  // of the evidence of what is named: -ln p
 
 // What is left beside a hypothesis: effects of the catalogue around its fit, and intervals.
 struct Left {
-  double p_value;
+  double p_value;  // of both
   Strongest interval;
 };
 

@@ -23,7 +23,6 @@ inline constexpr double kErrorOfForms = 0.1;
 /// Whether terms stand for what the catalogue does not hold.
 bool has_terms(const std::vector<std::string>& names);
 
-inline constexpr double kStrong = 5.7;  ///< nats of posterior odds: then the p-value is not asked
 /// p-value below which what has no name is called unknown.
 inline double surely(const GapExplainOptions& options) {
   return options.locate.false_alarm * options.locate.false_alarm;
