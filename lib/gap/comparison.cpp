@@ -18,6 +18,7 @@ namespace leeway::gap {
 namespace {
 
 constexpr double kLessPromising = 5.0;  // nats of a start behind the best: not tried
+constexpr double kLess = 2.0;           // nats below the fit without an effect: it rests in a worse place
 constexpr double kGainSd = 2.0;         // standard errors by which what was held out must be predicted better
 constexpr double kStrongOdds = 5.0;     // nats
 // Of the typical acceleration: what must be taken away where no more is left than inputs between the samples make.
@@ -25,6 +26,7 @@ constexpr double kWorthAName = 0.02;
 constexpr double kSettled = 0.5;  // nats by which a fit may still gain
 constexpr double kTemper = 2.0;   // of stated probabilities: docs/gap-explain.md
 constexpr std::array kTolerances{0.0, 0.5, 1.0};
+constexpr int kMostTolerances = 2;   // that a fit moves to
 constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
 constexpr double kFarBelow = 0.2;  // of the model error
@@ -35,10 +37,78 @@ constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may
 constexpr int kMostShifts = 20;
 constexpr double kFirstShift_s = 8.0, kLastShift_s = 1.0;  // of a tug's begin and end, at 3 m
 constexpr std::size_t kTellingTerms = 12;                  // of the effect unknown, of which sets are formed
+constexpr int kFenders = 24;                               // directions
+constexpr std::array kDepths{0.01, 0.03, 0.1};             // of a hull in a fender, by its length
+constexpr int kAnchors = 3;                                // to each side of the middle
 
 std::set<std::string> name_set(const Hypothesis& hypothesis) {
   const std::vector<std::string> names = hypothesis.names();
   return {names.begin(), names.end()};
+}
+
+Prior about(double median, double sd, double low = -std::numeric_limits<double>::infinity()) {
+  return normal(median, sd, std::max(low, median - 8.0 * sd), median + 8.0 * sd);
+}
+
+// How far the hull, a box, reaches in a direction.
+double reach_of(const Vec6& measured, const Vec2<double>& towards, const Particulars& ship) {
+  const double along = towards(0) * std::cos(measured(2)) + towards(1) * std::sin(measured(2)),
+               across = towards(1) * std::cos(measured(2)) - towards(0) * std::sin(measured(2)),
+               half = 0.5 * ship.L_pp * std::abs(along) + 0.5 * ship.B * std::abs(across);
+  return measured.head<2>().dot(towards) + (std::isnan(half) ? 0.5 * ship.B : half);
+}
+
+// Where a bank, a fender or a mooring line may be, about the tracks.
+std::vector<FreeEffect::Choice> places_of(const std::string& effect, const Campaign& campaign) {
+  std::vector<Vec6> visited;
+  for (const Stretch& stretch : campaign.stretches)
+    for (const Vec6& measured : stretch.measured)
+      if (measured.head<2>().allFinite()) visited.push_back(measured);
+  if (visited.empty()) return {};
+  const double L = campaign.ship.particulars.L_pp, B = campaign.ship.particulars.B;
+  std::vector<FreeEffect::Choice> result;
+  const auto add = [&](double towards_deg, std::map<std::string, Prior> priors) {
+    FreeEffect::Choice choice;
+    choice.towards_deg = towards_deg;
+    if (priors.contains("slack_length_m")) choice.freed = {"slack_length_m"};
+    choice.priors = std::move(priors);
+    result.push_back(std::move(choice));
+  };
+  if (effect == "mooring") {
+    Vec2<double> low = visited.front().head<2>(), high = low;
+    for (const Vec6& place : visited) low = low.cwiseMin(place.head<2>()), high = high.cwiseMax(place.head<2>());
+    const Vec2<double> middle = 0.5 * (low + high), half = 0.5 * (high - low) + Vec2<double>(2.0 * L, 2.0 * L);
+    for (int i = -kAnchors; i <= kAnchors; ++i)
+      for (int j = -kAnchors; j <= kAnchors; ++j) {
+        const Vec2<double> anchor = middle + Vec2<double>(i, j).cwiseProduct(half) / kAnchors;
+        double farthest = 0.0;
+        for (const Vec6& place : visited) farthest = std::max(farthest, (place.head<2>() - anchor).norm());
+        const std::map<std::string, Prior> place{{"anchor_x_m", about(anchor(0), half(0))},
+                                                 {"anchor_y_m", about(anchor(1), half(1))}};
+        add(0.0, place);
+        for (const double slack : {0.4, 0.8}) {
+          std::map<std::string, Prior> with_slack = place;
+          with_slack["slack_length_m"] = about(slack * farthest, 0.5 * farthest, 0.0);
+          add(0.0, std::move(with_slack));
+        }
+      }
+    return result;
+  }
+  const int directions = effect == "bank" ? 8 : kFenders;
+  for (int k = 0; k < directions; ++k) {
+    const double angle = 2.0 * kPi * k / directions;
+    const Vec2<double> towards{std::cos(angle), std::sin(angle)};
+    double midship = -std::numeric_limits<double>::infinity(), hull = midship;
+    for (const Vec6& place : visited) {
+      midship = std::max(midship, place.head<2>().dot(towards));
+      hull = std::max(hull, reach_of(place, towards, campaign.ship.particulars));
+    }
+    if (effect == "bank")  // that the tracks do not touch
+      add(angle / kDegree, {{"wall_distance_m", about(midship + 1.5 * B, 1.5 * B)}});
+    else  // that the hull touches somewhere
+      for (const double depth : kDepths) add(angle / kDegree, {{"wall_distance_m", about(hull - depth * L, 1.5 * B)}});
+  }
+  return result;
 }
 
 Eigen::VectorXd pull(const FittedNull& fit) {
@@ -79,6 +149,22 @@ std::vector<Eigen::VectorXd> tolerances(const FittedNull& fit) {
   result.reserve(kTolerances.size());
   for (const double tolerance : kTolerances) result.push_back(widths(fit, tolerance));
   return result;
+}
+
+// The start of what was added to a fit from where it is nothing; none where that is infinitely far.
+std::optional<Start> at_neutral(const Fitted& from, const Start& added) {
+  Start start{added.hypothesis, added.theta, from.log_evidence};
+  const Eigen::Index known = from.fit.theta.size() - 1;
+  start.theta.head(known) = from.fit.theta.head(known);
+  start.theta[start.theta.size() - 1] = from.fit.theta[known];
+  Eigen::Index at = known;
+  for (std::size_t i = from.hypothesis.effects.size(); i < added.hypothesis.effects.size(); ++i) {
+    const std::optional<Eigen::VectorXd> neutral = added.hypothesis.effects[i].neutral();
+    if (!neutral) return std::nullopt;
+    start.theta.segment(at, neutral->size()) = *neutral;
+    at += neutral->size();
+  }
+  return start;
 }
 
 // How much correlation between blocks widens what is known of the effects' strength.
@@ -201,7 +287,7 @@ Comparison::Comparison(Campaign& campaign, const FittedNull& null, const Compari
   // Gone on with as the others will be, so that none gains by a few steps more.
   Fitted none;
   none.fit = null;
-  go_on(none);
+  if (options.none_is_possible) go_on(none);
   settle_tolerance(none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
@@ -266,46 +352,22 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
   return result;
 }
 
-std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from) {
-  std::vector<Vec2<double>> visited;
-  for (const Stretch& stretch : campaign_.stretches)
-    for (const Vec6& measured : stretch.measured)
-      if (measured.head<2>().allFinite()) visited.emplace_back(measured.head<2>());
-  if (visited.empty()) return {};
-  const double L = campaign_.ship.particulars.L_pp, B = campaign_.ship.particulars.B;
-  Vec2<double> low = visited.front(), high = visited.front();
-  for (const Vec2<double>& place : visited) low = low.cwiseMin(place), high = high.cwiseMax(place);
+std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from,
+                                                                const std::vector<std::string>& effects) {
   const std::set<std::string> present = name_set(all_[from].hypothesis);
-  const auto about = [](double median, double sd) { return normal(median, sd, median - 8.0 * sd, median + 8.0 * sd); };
-  std::vector<Candidate> candidates;
-  for (const std::string effect : {"bank", "fender", "mooring"}) {
+  std::vector<Promise> result;
+  for (const std::string& effect : effects) {
     if (present.contains(effect)) continue;
-    for (int k = 0; k < 8; ++k) {
-      const Vec2<double> towards{std::cos(k * kPi / 4.0), std::sin(k * kPi / 4.0)};
-      FreeEffect::Choice choice;
-      choice.towards_deg = 45.0 * k;
-      if (effect == "mooring") {  // to the side, as far away as the ship is long
-        const Vec2<double> anchor = 0.5 * (low + high) + (0.5 * (high - low).norm() + L) * towards;
-        const double sd = 0.5 * (high - low).norm() + 2.0 * L;
-        choice.priors = {{"anchor_x_m", about(anchor(0), sd)}, {"anchor_y_m", about(anchor(1), sd)}};
-      } else {  // a wall that the tracks do not cross by more than half the ship
-        double reach = -std::numeric_limits<double>::infinity();
-        for (const Vec2<double>& place : visited) reach = std::max(reach, place.dot(towards));
-        choice.priors = {{"wall_distance_m", about(reach + (effect == "bank" ? 1.5 * B : 0.5 * B), 1.5 * B)}};
-      }
+    std::vector<Candidate> candidates;
+    for (const FreeEffect::Choice& choice : places_of(effect, campaign_))
       for (Candidate& candidate : candidates_of(effect, campaign_.ship, {choice}))
         candidates.push_back(std::move(candidate));
-    }
-  }
-  const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, candidates, 1.0, options_.jobs,
-                            tolerances(all_[from].fit));
-  std::vector<Promise> result;
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    const std::string& effect = candidates[c].effects.front().name();
-    if (result.empty() || result.back().effect != effect) result.push_back({effect, {}, 0.0});
-    result.back().starts.push_back(screen.start({c}));
-  }
-  for (Promise& promise : result) {
+    if (candidates.empty()) continue;
+    // What a fender does is an event; the others act always.
+    const EffectScreen screen = screen_of(from, candidates, effect != "fender");
+    result.push_back({effect, {}, 0.0});
+    Promise& promise = result.back();
+    for (std::size_t c = 0; c < candidates.size(); ++c) promise.starts.push_back(screen.start({c}));
     sort(promise.starts);
     promise.gain = promise.starts.front().log_evidence - screen.log_evidence({});
   }
@@ -399,7 +461,7 @@ Candidate Comparison::tug_in(std::size_t from, const Interval& interval) const {
       if (campaign_.recordings.size() > 1) choice.recording = stretch.recording;
     }
   const auto best_of = [&](const std::vector<Candidate>& candidates) {
-    const EffectScreen screen = screen_of_events(from, candidates);
+    const EffectScreen screen = screen_of(from, candidates, false);
     std::vector<Start> starts;
     for (std::size_t c = 0; c < candidates.size(); ++c) starts.push_back(screen.start({c}));
     sort(starts);
@@ -437,9 +499,10 @@ Candidate Comparison::tug_in(std::size_t from, const Interval& interval) const {
   return {{best.hypothesis.effects.back()}, z_of(best)};
 }
 
-EffectScreen Comparison::screen_of_events(std::size_t from, std::vector<Candidate> candidates) const {
-  return {campaign_, all_[from].fit, all_[from].hypothesis,      std::move(candidates),
-          1.0,       options_.jobs,  tolerances(all_[from].fit), false};
+EffectScreen Comparison::screen_of(std::size_t from, std::vector<Candidate> candidates, bool knows_events) const {
+  const Fitted& fitted = all_[from];
+  return {campaign_, fitted.fit,    fitted.hypothesis,      std::move(candidates),
+          1.0,       options_.jobs, tolerances(fitted.fit), knows_events};
 }
 
 std::vector<Start> Comparison::starts_with_tugs(std::size_t from, const std::vector<Interval>& intervals) const {
@@ -449,7 +512,7 @@ std::vector<Start> Comparison::starts_with_tugs(std::size_t from, const std::vec
     all.push_back(tugs.size());
     tugs.push_back(tug_in(from, interval));
   }
-  return {screen_of_events(from, std::move(tugs)).start(all)};
+  return {screen_of(from, std::move(tugs), false).start(all)};
 }
 
 std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<Start>& starts) {
@@ -457,20 +520,32 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
   const std::set<std::string> names = name_set(starts.front().hypothesis);
   for (std::size_t i = 0; i < all_.size(); ++i)
     if (name_set(all_[i].hypothesis) == names) return i;
+  const auto fitted_from = [&](const Start& start) -> std::optional<Fitted> {
+    try {
+      Fitted fitted;
+      fitted.hypothesis = start.hypothesis;
+      fitted.fit = fit_with(campaign_, all_[from].fit, fitted.hypothesis, start.theta, fit_options_);
+      fitted.log_evidence = gap::log_evidence(fitted.fit);
+      return fitted;
+    } catch (const NumericalError&) {  // with this effect the simulator runs away: it is no explanation
+      return std::nullopt;
+    }
+  };
   std::optional<Fitted> best;
   for (std::size_t i = 0; i < std::min<std::size_t>(2, starts.size()); ++i) {
     if (starts[i].log_evidence < starts.front().log_evidence - kLessPromising) break;
-    try {
-      Fitted fitted;
-      fitted.hypothesis = starts[i].hypothesis;
-      fitted.fit = fit_with(campaign_, all_[from].fit, fitted.hypothesis, starts[i].theta, fit_options_);
-      fitted.log_evidence = gap::log_evidence(fitted.fit);
-      if (!best || fitted.log_evidence > best->log_evidence) best = std::move(fitted);
-    } catch (const NumericalError&) {  // with this effect the simulator runs away: it is no explanation
-    }
+    if (auto fitted = fitted_from(starts[i]); fitted && (!best || fitted->log_evidence > best->log_evidence))
+      best = std::move(fitted);
   }
+  if (best) settle_tolerance(*best);
+  // Where the effect is nothing it is as likely as without it.
+  if (!best || best->log_evidence < all_[from].log_evidence - kLess)
+    if (const std::optional<Start> nothing = at_neutral(all_[from], starts.front()))
+      if (auto fitted = fitted_from(*nothing)) {
+        settle_tolerance(*fitted);
+        if (!best || fitted->log_evidence > best->log_evidence) best = std::move(fitted);
+      }
   if (!best) return std::nullopt;
-  settle_tolerance(*best);
   if (!best->fit.report.converged) go_on(*best);
   if (is_between_samples(*best) || is_another_effect(*best)) return std::nullopt;
   if (from != 0 && !is_worth_a_name(*best, all_[from])) return std::nullopt;
@@ -489,11 +564,13 @@ void Comparison::judge(Fitted& fitted) const {
 bool Comparison::go_on(Fitted& fitted) {
   const double before = gap::log_evidence(fitted.fit);
   fitted.log_evidence = before;
-  // Also from far below: where an effect has taken most of the model error away, its levels may rest halfway.
-  for (const double share : {1.0, kFarBelow, kFarBelow})
+  // Also from far below: where an effect has taken most of the model error away, its levels may rest halfway; and the
+  // coefficients far from what is stated, if they stood in for it.
+  for (const auto& [share, as_stated] : {std::pair{1.0, false}, {kFarBelow, false}, {kFarBelow, true}})
     for (int i = 0; i < kMostTimes; ++i) {
       FittedNull next = fitted.fit;
       if (i == 0) next.noise.sigma_w *= share;
+      if (i == 0 && as_stated) next.theta.head(next.theta.size() - 1 - next.effects).setZero();
       try {
         next = fit_with(campaign_, next, fitted.hypothesis, next.theta, fit_options_);
       } catch (const NumericalError&) {
@@ -561,19 +638,25 @@ bool Comparison::is_between_samples(const Fitted& fitted) const {
 
 void Comparison::settle_tolerance(Fitted& fitted) {
   FittedNull& fit = fitted.fit;
-  double most = -std::numeric_limits<double>::infinity();
-  for (const double tolerance : kTolerances)
-    if (const double evidence = marginal(fit.total, fit.theta, widths(fit, tolerance)); evidence > most)
-      most = evidence, fitted.tolerance = tolerance;
-  if (const Eigen::VectorXd sd = widths(fit, fitted.tolerance); !sd.isApprox(fit.prior_sd)) {
+  for (int i = 0; i < kMostTolerances; ++i) {
+    Eigen::VectorXd best = fit.prior_sd;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Eigen::VectorXd& sd : tolerances(fit))
+      if (const double evidence = marginal(fit.total, fit.theta, sd); evidence > most) most = evidence, best = sd;
+    if (best.isApprox(fit.prior_sd)) break;
     FittedNull other = fit;
-    other.prior_sd = sd;
+    other.prior_sd = best;
     try {
       other = fit_with(campaign_, other, fitted.hypothesis, other.theta, fit_options_);
-      if (other.report.converged || !fit.report.converged) fit = std::move(other);
     } catch (const NumericalError&) {
+      break;
     }
+    // The levels of the noise move with it, and may come to rest in a worse place.
+    if ((!other.report.converged && fit.report.converged) || gap::log_evidence(other) < gap::log_evidence(fit)) break;
+    fit = std::move(other);
   }
+  for (const double tolerance : kTolerances)
+    if (widths(fit, tolerance).isApprox(fit.prior_sd)) fitted.tolerance = tolerance;
   fitted.log_evidence = gap::log_evidence(fit);
 }
 

@@ -26,6 +26,7 @@ struct Fitted {
 struct ComparisonOptions {
   double false_alarm = 0.01;
   std::size_t jobs = 1;
+  bool none_is_possible = true;  ///< that nothing is missing: then its fit has to be as good as the others'
 };
 
 /// Hypotheses about one campaign, all fitted to the same data. The first is that nothing is missing.
@@ -50,8 +51,9 @@ class Comparison {
   ///   pair       takes the start of the most promising pair of them
   std::vector<Promise> promises(std::size_t from, std::size_t count, std::vector<std::string>* unexcited = nullptr,
                                 std::vector<Start>* pair = nullptr);
-  /// The same for effects that are bound to a place, which is sought about the tracks: bank, fender, mooring.
-  std::vector<Promise> promises_of_places(std::size_t from);
+  /// The same for some of the effects that are bound to a place, which is sought about the tracks: bank, fender,
+  /// mooring.
+  std::vector<Promise> promises_of_places(std::size_t from, const std::vector<std::string>& effects);
   /// The few terms of the effect `unknown`, at most three, that best explain what is left beside `from`, by one linear
   /// step: all sets among the most telling are compared. None where no set is worth its own number of ways.
   std::vector<Start> terms_beside(std::size_t from);
@@ -94,7 +96,7 @@ class Comparison {
   bool go_on(Fitted& fitted);  // whether it gained
   void judge(Fitted& fitted) const;
   Candidate tug_in(std::size_t from, const Interval& interval) const;
-  EffectScreen screen_of_events(std::size_t from, std::vector<Candidate> candidates) const;
+  EffectScreen screen_of(std::size_t from, std::vector<Candidate> candidates, bool knows_events) const;
   std::vector<Candidate> candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const;
 
   Campaign& campaign_;

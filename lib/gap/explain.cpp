@@ -88,6 +88,19 @@ double energy(const Vec3<double>& sigma_w, double L_pp) {
   return w.squaredNorm();
 }
 
+// Terms of the unknown are no more probable, against named effects, than that these do not act in another form.
+void limit_unknown(Explanation& explanation) {
+  double named = 0.0, unknown = 0.0;
+  for (const Explained& hypothesis : explanation.hypotheses)
+    if (!hypothesis.effects.empty()) (has_terms(hypothesis.effects) ? unknown : named) += hypothesis.probability;
+  const double both = named + unknown;
+  if (!(named > 0.0) || unknown <= (1.0 - kOtherForm) * both) return;
+  for (Explained& hypothesis : explanation.hypotheses)
+    if (!hypothesis.effects.empty())
+      hypothesis.probability *=
+          has_terms(hypothesis.effects) ? (1.0 - kOtherForm) * both / unknown : kOtherForm * both / named;
+}
+
 // Something that the catalogue does not hold, beside what was chosen: as probable as its p-value lets it be. The
 // p-value bounds the odds for nothing by -e p ln p (Sellke, Bayarri & Berger 2001, The American Statistician 55,
 // 62-71).
@@ -159,6 +172,7 @@ void tell_hypotheses(Explanation& explanation, const Comparison& comparison, Cam
   for (const Fitted& fitted : all) explanation.hypotheses.push_back(told(fitted, all.front(), campaign));
   const std::vector<double> probabilities = comparison.probabilities();
   for (std::size_t i = 0; i < all.size(); ++i) explanation.hypotheses[i].probability = probabilities[i];
+  limit_unknown(explanation);
 
   std::vector<const Fitted*> possible;
   std::vector<double> weight;
@@ -238,7 +252,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   Campaign& campaign = investigation.campaign;
 
   progress(0.4, "fits with the likeliest effects");
-  Comparison comparison(campaign, investigation.null, {options.locate.false_alarm, options.locate.jobs});
+  Comparison comparison(
+      campaign, investigation.null,
+      {options.locate.false_alarm, options.locate.jobs, findings.detection.p_value > surely_beside(options)});
   const Selection selection = select(campaign, findings, comparison, options);
   tell_hypotheses(explanation, comparison, campaign, options);
   conclude(explanation, findings, comparison, selection, options, ship.particulars.L_pp);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -19,8 +20,10 @@ constexpr double kNotWhite = 0.25;        // autocorrelation of the innovations 
 constexpr double kErrsAsMuch = 0.7;       // model error by typical acceleration: then little is predicted at all
 constexpr double kFarParameter_sd = 4.0;  // of what is stated: a parameter farther off stands for something else
 constexpr std::size_t kFewestSamples = 300;
-constexpr double kNearly = 5.0;        // p-values up to this times the rate of false alarms leave it open
-constexpr double kOpen = 3.0;          // log-odds of a reading that short times do not decide
+constexpr double kFamilies =
+    3.0;                         // of tests: of the sensors, for effects, for intervals; each has its share of the rate
+constexpr double kNearly = 5.0;  // p-values up to this times the rate of false alarms leave it open
+constexpr double kOpen = 3.0;    // log-odds of a reading that short times do not decide
 constexpr double kContradicted = 3.0;  // nats by which recordings are likelier without a faint fault
 constexpr double kFarLikelier = 10.0;  // log-odds by which a fit contradicts a convention
 
@@ -29,8 +32,7 @@ void judge(Findings& findings, double scan_p_value) {
   Detection& d = findings.detection;
   const NullFit& fit = findings.fit;
   const double library_p = d.p_value;
-  // Two families of tests: the effects of the catalogue, and intervals.
-  d.p_value = std::min(1.0, 2.0 * std::min(library_p, scan_p_value));
+  d.p_value = std::min(1.0, kFamilies * std::min(library_p, scan_p_value));
   const bool by_interval = scan_p_value < library_p;
   const bool improves = d.heldout_gain > 2.0 * d.heldout_gain_sd ||
                         (d.heldout_gain > d.heldout_gain_sd && d.p_value < d.false_alarm * d.false_alarm);
@@ -244,24 +246,52 @@ std::optional<Reading> told_by_fit(const Campaign& campaign, const FittedNull& f
   return result;
 }
 
-// A fault that noise feigns in one of some hundred campaigns. Likelihoods with and without it can be compared where
-// taking it out neither stretches nor filters a channel.
-bool is_faint(const Fault& fault, double false_alarm) {
-  return fault.p_value >= false_alarm * false_alarm &&
-         (fault.name == "lever-arm" || fault.name.ends_with("-bias") || fault.name.ends_with("-latency"));
+// Faults with the p-values of all families of tests.
+void share_rate(Audit& audit) {
+  for (std::vector<Fault>* faults : {&audit.faults, &audit.hypotheses})
+    for (Fault& fault : *faults) fault.p_value = std::min(1.0, kFamilies * fault.p_value);
+}
+
+// A fault that noise feigns in one of some hundred campaigns.
+bool is_faint(const Fault& fault, double false_alarm) { return fault.p_value >= kFamilies * false_alarm * false_alarm; }
+
+// Sensors are late, not early; positions that are early stand for all others that are late.
+bool is_early(const Fault& fault) {
+  return fault.name.ends_with("-latency") && fault.name != "position-latency" && fault.parameters.front().value < 0.0;
+}
+
+// Likelihoods with and without a fault can be compared where taking it out does not filter a channel.
+bool can_be_compared(const Fault& fault) {
+  return fault.name == "lever-arm" || fault.name.ends_with("-bias") || fault.name.ends_with("-scale");
 }
 
 // Leaves the faults that are certain.
-void withdraw(Findings& findings, std::vector<Fault> certain, double gained) {
+void withdraw(Findings& findings, std::vector<Fault> certain, const std::string& why) {
   std::vector<Fault>& faults = findings.audit.faults;
   for (const Fault& fault : faults)
     if (std::none_of(certain.begin(), certain.end(), [&](const Fault& c) { return c.name == fault.name; }))
-      findings.audit.notices.push_back(fmt::format(
-          "{} (p = {:.2g}): not so, since the simulator then follows the recordings worse (log-odds {:.0f})",
-          fault.sentence, fault.p_value, gained));
+      findings.audit.notices.push_back(
+          fmt::format("{} (p = {:.2g}): not so, since {}", fault.sentence, fault.p_value, why));
   faults = std::move(certain);
   if (faults.empty()) findings.audit.verdict = Audit::Verdict::consistent;
-  findings.corrected = !faults.empty() || !findings.conventions.contradicted.empty();
+}
+
+// ln |d corrected / d recorded|, by which the likelihood of what was recorded differs from that of what was corrected.
+double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajectory>& recordings) {
+  double sum = 0.0;
+  for (const Fault& fault : faults)
+    for (const Estimate& scale : fault.parameters) {
+      const Channel channel = scale.name == "log_scale"        ? Channel::u
+                              : scale.name == "sway_log_scale" ? Channel::vm
+                              : scale.name == "rate_scale"     ? Channel::r
+                                                               : Channel::t;
+      if (channel == Channel::t) continue;
+      for (const Trajectory& recording : recordings)
+        sum -= std::log1p(scale.value) *
+               static_cast<double>(std::count_if(recording[channel].begin(), recording[channel].end(),
+                                                 [](double value) { return std::isfinite(value); }));
+    }
+  return sum;
 }
 
 Investigation investigate(const Ship& ship, const std::shared_ptr<const EnsembleSimulator>& ensemble,
@@ -318,7 +348,7 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
       findings.conventions.contradicted.push_back(std::move(reading));
   progress(0.03, "audit of the sensors");
   AuditOptions audit_options;
-  audit_options.false_alarm = options.false_alarm;
+  audit_options.false_alarm = options.false_alarm / kFamilies;
   audit_options.jobs = options.jobs;
   audit_options.seed = options.seed;
   // A contradicted convention would show as faults of every kind; it is read as it fits before.
@@ -326,6 +356,10 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
   for (const Trajectory& recording : recordings)
     reread_recordings.push_back(reread(recording, findings.conventions.contradicted));
   findings.audit = audit(reread_recordings, audit_options);
+  share_rate(findings.audit);
+  std::vector<Fault> certain = findings.audit.faults;
+  std::erase_if(certain, [&](const Fault& f) { return is_faint(f, options.false_alarm) && is_early(f); });
+  withdraw(findings, certain, "sensors are late, not early");
   findings.corrected =
       options.correct && (!findings.audit.faults.empty() || !findings.conventions.contradicted.empty());
   const auto take_out = [&](const std::vector<Fault>& faults) {
@@ -357,15 +391,20 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
   };
   examine();
   // A faint fault, taken out where there is none, would look like missing physics.
-  std::vector<Fault> certain = findings.audit.faults;
-  std::erase_if(certain, [&](const Fault& fault) { return is_faint(fault, options.false_alarm); });
+  std::erase_if(certain, [&](const Fault& f) { return is_faint(f, options.false_alarm) && can_be_compared(f); });
   if (findings.corrected && !ensemble && certain.size() < findings.audit.faults.size()) {
-    const double with = fit.report.log_likelihood_per_sample;
+    const auto log_likelihood = [&](const std::vector<Fault>& taken_out) {
+      return fit.report.log_likelihood_per_sample * static_cast<double>(fit.report.samples) +
+             log_jacobian(taken_out, reread_recordings);
+    };
+    const double with = log_likelihood(findings.audit.faults);
     take_out(certain);
     examine();
-    const double gained = (fit.report.log_likelihood_per_sample - with) * static_cast<double>(fit.report.samples);
+    const double gained = log_likelihood(certain) - with;
     if (gained > kContradicted) {
-      withdraw(findings, std::move(certain), gained);
+      withdraw(findings, std::move(certain),
+               fmt::format("the simulator then follows the recordings worse (log-odds {:.0f})", gained));
+      findings.corrected = !findings.audit.faults.empty() || !findings.conventions.contradicted.empty();
     } else {
       take_out(findings.audit.faults);
       examine();

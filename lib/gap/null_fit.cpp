@@ -102,6 +102,7 @@ class LevelCost final : public ceres::FirstOrderFunction {
       for (const int i : problem_.free)
         for (const double sign : {1.0, -1.0}) points.push_back(h + sign * kDifference * Levels::Unit(i));
     const std::vector<double> costs = problem_.costs(points);
+    if (!std::all_of(costs.begin(), costs.end(), [](double c) { return std::isfinite(c); })) return false;
     *cost = costs[0];
     if (gradient != nullptr)
       for (std::size_t i = 0; i < problem_.free.size(); ++i) {
@@ -110,7 +111,7 @@ class LevelCost final : public ceres::FirstOrderFunction {
         const double curvature = (costs[1 + 2 * i] + costs[2 + 2 * i] - 2.0 * costs[0]) / (kDifference * kDifference);
         next_unit_[level] = 1.0 / std::sqrt(std::clamp(curvature, 1.0, 1e6));
       }
-    return std::isfinite(*cost);
+    return true;
   }
 
  private:
@@ -346,6 +347,7 @@ class Climb {
     std::vector<LinearStretch> stretches(fit_.stretches.size());
     std::swap(stretches, fit_.stretches);
     const Eigen::VectorXd newton = M.llt().solve(slope);
+    if (!newton.allFinite()) throw NumericalError(diverged());
     const Eigen::Index effects = fit_.effects, coefficients = theta.size() - 1 - effects;
     for (;;) {
       Eigen::VectorXd step = newton;

@@ -15,8 +15,9 @@ constexpr double kHopelessOfPlaces = 0.8;  // they are many, and a step towards 
 constexpr double kFarBehind = 20.0;        // if it is so many nats behind
 constexpr double kPairGain = 10.0;         // nats by which a pair must promise more than one effect
 constexpr std::size_t kMostTugs = 8;
-constexpr double kOfPlaces = 5.0;     // nats for a residual that depends on the position: walls and lines are tried
-constexpr double kNegligible = 0.05;  // of the evidence of what is named: -ln p of what is left is not worth a word
+constexpr double kOfPlaces = 5.0;      // nats for a residual that depends on the position: walls and lines are tried
+constexpr double kStrongTerms = 10.0;  // nats of posterior odds for terms of the unknown: another form gains up to 8
+constexpr double kNegligible = 0.05;   // of the evidence of what is named: -ln p of what is left is not worth a word
 
 // What is left beside a hypothesis: effects of the catalogue around its fit, and intervals.
 struct Left {
@@ -75,6 +76,12 @@ class Selector {
   Selection run() {
     fit_singles_and_pair();
     if (is_searched_) fit_others();
+    fit_terms();
+    if (!is_searched_ && comparison_.log_odds(likeliest_) > kStrongTerms) {
+      is_searched_ = true;
+      fit_singles_and_pair();
+      fit_others();
+    }
     take_likeliest();
     take_more();
     take_terms();
@@ -139,19 +146,24 @@ class Selector {
   }
 
   void fit_others() {
-    // Where something acts at times, or the residual depends on the position, it may be bound to a place.
+    // What surely acts, acts at times, or goes with the position, may be bound to a place.
     const Located& located = findings_.located;
     const bool acts_at_times =
         !located.intervals.empty() && located.intervals.front().p_value < options_.locate.false_alarm;
-    if (acts_at_times || errs_grossly(findings_.fit) ||
+    if (acts_at_times || errs_grossly(findings_.fit) || findings_.detection.p_value < surely(options_) ||
         std::any_of(located.frames.begin(), located.frames.end(),
                     [](const Frame& frame) { return frame.name == "position" && frame.log_evidence > kOfPlaces; })) {
       progress(0.73, "banks, fenders, moorings");
-      for (const auto& promise : comparison_.promises_of_places(0))
+      std::vector<std::string> effects{"bank", "mooring"};
+      if (acts_at_times) effects.emplace_back("fender");
+      for (const auto& promise : comparison_.promises_of_places(0, effects))
         if (!is_hopeless(promise.gain, likeliest_, 0, kHopelessOfPlaces)) better(comparison_.add(0, promise.starts));
     }
     if (std::vector<Interval> intervals = strongest_by_recording(); !intervals.empty())
       better(add_tugs(0, std::move(intervals)));
+  }
+
+  void fit_terms() {
     progress(0.74, "terms of what the catalogue does not hold");
     better(comparison_.add(0, comparison_.terms_beside(0)));
   }
@@ -163,10 +175,13 @@ class Selector {
     const double p_value = findings_.detection.p_value;
     std::size_t& best = selection_.best;
     // Terms are always likelier than nothing where the forms of the forces are not quite those of the ship.
+    const auto may_be = [&](std::size_t i) {
+      return !has_terms(hypothesis(i).names()) ||
+             (selection_.error >= kErrorOfForms &&
+              (p_value < surely(options_) || comparison_.log_odds(i) > kStrongTerms));
+    };
     for (std::size_t i = 1; i < stated.size(); ++i)
-      if ((best == 0 || stated[i] > stated[best]) &&
-          ((selection_.error >= kErrorOfForms && p_value < surely(options_)) || !has_terms(hypothesis(i).names())))
-        best = i;
+      if ((best == 0 || stated[i] > stated[best]) && may_be(i)) best = i;
     const bool is_likelier = p_value < options_.locate.false_alarm && stated[best] > stated[0];
     const bool is_certain = is_likelier || comparison_.log_odds(best) > kStrong;
     if (is_certain && comparison_.holds(best, 0, is_likelier ? 0.0 : 1.0)) selection_.chosen = best;
@@ -246,7 +261,7 @@ class Selector {
   const Findings& findings_;
   Comparison& comparison_;
   const GapExplainOptions& options_;
-  const bool is_searched_;  // not only a few, to tell that nothing is likelier than them
+  bool is_searched_;  // not only a few, to tell that nothing is likelier than them
   std::size_t likeliest_ = 0;
   std::vector<Interval> tugs_;  ///< where they were sought
   Selection selection_;

@@ -244,7 +244,7 @@ class Group:
                 continue
             rng = np.random.default_rng([case["seed"] & 0xFFFFFFFF, 4])
             rows = range(i * self.per, (i + 1) * self.per)
-            reach = {"x": track["x"][rows.start:rows.stop], "y": track["y"][rows.start:rows.stop], "duration": self.duration}
+            reach = {**{k: track[k][rows.start:rows.stop] for k in ("x", "y", "psi")}, "duration": self.duration}
             analysis = self.analyse(i, track)
             for name in case["names"]:
                 if name == "convention":

@@ -43,6 +43,13 @@ def quadratic(k, x):
     return k[0] + k[1] * x + k[2] * x * x
 
 
+def outline(L, B, level=2):
+    """Points of the hull that touch a quay, from midship: bow, shoulders, stern; a box at level 1."""
+    if level == 1:
+        return ((0.5 * L, 0.5 * B), (0.5 * L, -0.5 * B), (-0.5 * L, 0.5 * B), (-0.5 * L, -0.5 * B))
+    return ((0.5 * L, 0.0), (0.35 * L, 0.5 * B), (0.35 * L, -0.5 * B), (-0.5 * L, 0.4 * B), (-0.5 * L, -0.4 * B))
+
+
 class Model:
     """A ship at a level; `factors` and `effects` map names to arrays, one element per case."""
 
@@ -483,8 +490,14 @@ class Model:
             pull_x, pull_y = pull_x + T * dx / far, pull_y + T * dy / far
         if "fender_k" in on:
             wx, wy = np.cos(e["fender_dir"]), np.sin(e["fender_dir"])
-            depth = np.maximum(s["x"] * wx + s["y"] * wy - e["fender_D"], 0.0)
-            pull_x, pull_y = pull_x - e["fender_k"] * depth * wx, pull_y - e["fender_k"] * depth * wy
+            for px, py in outline(L, self.B, self.level):
+                ax, ay = cos * px - sin * py, sin * px + cos * py  # from midship
+                depth = np.maximum((s["x"] + ax) * wx + (s["y"] + ay) * wy - e["fender_D"], 0.0)
+                push = e["fender_k"] * depth
+                slide = (v * cos + u * sin + r * ax) * wx - (u * cos - v * sin - r * ay) * wy  # along the wall
+                rub = 0.1 * push * np.tanh(slide / (0.02 * self.scale)) if self.level == 2 else 0.0
+                fx, fy = -push * wx + rub * wy, -push * wy - rub * wx
+                pull_x, pull_y, N = pull_x + fx, pull_y + fy, N + ax * fy - ay * fx
         if "magnet" in on:
             dx, dy = e["magnet_x"] - s["x"], e["magnet_y"] - s["y"]
             far2 = (dx * dx + dy * dy) / (2.0 * L) ** 2

@@ -60,14 +60,24 @@ def tug_shape(rng, ship, track):
 
 
 def anchor_shape(rng, ship, track):
+    """A line that goes taut where the ship is farthest from its anchor; how far before that is its strength."""
     L, angle = ship["particulars"]["L_pp_m"], float(rng.uniform(0.0, 2.0 * math.pi))
-    return {"x": float(np.mean(track["x"])) + L * math.cos(angle), "y": float(np.mean(track["y"])) + L * math.sin(angle)}
+    x, y = float(np.mean(track["x"])) + L * math.cos(angle), float(np.mean(track["y"])) + L * math.sin(angle)
+    return {"x": x, "y": y, "farthest": float(np.max(np.hypot(track["x"] - x, track["y"] - y))), "stiffness": float(rng.uniform(0.5, 2.0))}
 
 
 def fender_shape(rng, ship, track):
-    angle = float(rng.uniform(0.0, 2.0 * math.pi))
-    along = track["x"] * math.cos(angle) + track["y"] * math.sin(angle)
-    return {"angle": angle, "D": float(np.quantile(along, 0.85))}
+    """A quay that the hull would reach into well before the end; how far is its strength."""
+    p = ship["particulars"]
+    for _ in range(200):
+        angle = float(rng.uniform(0.0, 2.0 * math.pi))
+        wx, wy = math.cos(angle), math.sin(angle)
+        points = [track["x"] * wx + track["y"] * wy + a * np.cos(track["psi"] - angle) - b * np.sin(track["psi"] - angle) for a, b in m.outline(p["L_pp_m"], p["B_m"])]
+        reach = np.max(points, 0)
+        at = np.unravel_index(np.argmax(reach), reach.shape)
+        if at[0] < len(reach) - 1 and 0.2 < at[1] / reach.shape[1] < 0.8:  # in a recording that is not held out
+            break
+    return {"angle": angle, "reach": float(np.max(reach)), "stiffness": float(rng.uniform(0.5, 2.0))}
 
 
 def walk(s, h, ship):
@@ -143,11 +153,13 @@ EFFECTS = {
         {"tug": s * 1e-3 * mass(ship), "tug_dir": h["angle"], "tug_x": h["x"], "tug_start": h["start"], "tug_end": h["end"]},
         {"force_N": s * 1e-3 * mass(ship), "direction_deg": deg(h["angle"]), "x_m": h["x"], "t_start_s": h["start"], "t_end_s": h["end"]}), 20.0, tug_shape),
     "mooring": Effect(lambda s, h, ship: (
-        {"moor_k": s * 1e-3 * mass(ship) / ship["particulars"]["L_pp_m"], "moor_x": h["x"], "moor_y": h["y"], "moor_l": 0.5 * ship["particulars"]["L_pp_m"]},
-        {"anchor_x_m": h["x"], "anchor_y_m": h["y"], "stiffness_npm": s * 1e-3 * mass(ship) / ship["particulars"]["L_pp_m"]}), 20.0, anchor_shape),
-    "fender": Effect(lambda s, h, ship: (
-        {"fender_k": s * 1e-3 * mass(ship) / ship["particulars"]["L_pp_m"] * 3.0, "fender_D": h["D"], "fender_dir": h["angle"]},
-        {"wall_direction_deg": deg(h["angle"]), "stiffness_npm": s * 1e-3 * mass(ship) / ship["particulars"]["L_pp_m"] * 3.0}), 60.0, fender_shape),
+        {"moor_k": 1e-3 * h["stiffness"] * mass(ship) / scale(ship) ** 2, "moor_x": h["x"], "moor_y": h["y"], "moor_l": max(h["farthest"] - s * scale(ship) ** 2, 0.0)},
+        {"anchor_x_m": h["x"], "anchor_y_m": h["y"], "stiffness_npm": 1e-3 * h["stiffness"] * mass(ship) / scale(ship) ** 2,
+         "slack_length_m": max(h["farthest"] - s * scale(ship) ** 2, 0.0)}), 20.0, anchor_shape, prefer=("turn", "random", "zigzag")),
+    "fender": Effect(lambda s, h, ship: (  # natural period of a ship on one fender: 5 to 9 s at 3 m
+        {"fender_k": h["stiffness"] * mass(ship) / scale(ship) ** 2, "fender_D": h["reach"] - s * scale(ship) ** 2, "fender_dir": h["angle"]},
+        {"wall_distance_m": h["reach"] - s * scale(ship) ** 2, "wall_direction_deg": deg(h["angle"]), "stiffness_npm": h["stiffness"] * mass(ship) / scale(ship) ** 2}),
+        2.0, fender_shape, prefer=("turn", "random", "zigzag")),
     "body-force": Effect(lambda s, h, ship: (
         {"body_X": s * 1e-3 * mass(ship) * math.cos(h["angle"]), "body_Y": s * 1e-3 * mass(ship) * math.sin(h["angle"])},
         {"X_N": s * 1e-3 * mass(ship) * math.cos(h["angle"]), "Y_N": s * 1e-3 * mass(ship) * math.sin(h["angle"])}), 10.0, direction),

@@ -208,6 +208,48 @@ TEST_CASE("gap-explain: a tug beside another effect is named, and known when it 
     }
 }
 
+TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[gap][long]") {
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 4);
+  const Ship stated = read_ship("esso-osaka-3m");
+  const test::Campaign campaign{"esso-osaka-3m", 61, 3, 200.0, 1.0, 0.0};
+  // To the side to which some hull goes farthest, 0.3 m before that.
+  double farthest = 0.0;
+  for (const Trajectory& run : test::fine_truth(campaign, truth))
+    for (const double y : run[Channel::y0]) farthest = std::max(farthest, y);
+  const double wall_m = farthest - 0.3;
+  truth.effects.push_back(
+      effect("fender", {{"wall_distance_m", wall_m}, {"wall_direction_deg", 90.0}, {"stiffness_npm", 200.0}}));
+  std::vector<Trajectory> recordings = test::recorded(campaign, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"fender"});
+  for (const gap::ExplainedParameter& p : found(explanation, "fender").parameters) {
+    CAPTURE(p.name, p.estimate, p.sd);
+    if (p.name == "wall_distance_m") CHECK(p.estimate == Approx(wall_m).margin(0.1));
+    if (p.name == "wall_direction_deg") CHECK(p.estimate == Approx(90.0).margin(2.0));
+    if (p.name == "stiffness_npm") CHECK(p.estimate == Approx(200.0).epsilon(0.2));
+  }
+}
+
+TEST_CASE("gap-explain: a mooring line is found with its anchor and its slack", "[gap][long]") {
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 4);
+  truth.effects.push_back(effect("mooring", {{"anchor_x_m", 10.0},
+                                             {"anchor_y_m", 8.0},
+                                             {"stiffness_npm", 0.2},
+                                             {"slack_length_m", 6.0},
+                                             {"attach_x_m", 0.0},
+                                             {"attach_y_m", 0.0}}));
+  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 62, 3, 200.0, 1.0, 0.0}, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"mooring"});
+  for (const gap::ExplainedParameter& p : found(explanation, "mooring").parameters) {
+    CAPTURE(p.name, p.estimate, p.sd);
+    if (p.name == "anchor_x_m") CHECK(p.estimate == Approx(10.0).margin(1.0));
+    if (p.name == "anchor_y_m") CHECK(p.estimate == Approx(8.0).margin(1.0));
+    if (p.name == "slack_length_m") CHECK(p.estimate == Approx(6.0).margin(1.0));
+    if (p.name == "stiffness_npm") CHECK(p.estimate == Approx(0.2).epsilon(0.1));
+  }
+}
+
 TEST_CASE("comparison: a few terms stand for what the catalogue does not hold", "[gap][long]") {
   Ship truth = read_ship("esso-osaka-3m");
   truth.effects.push_back(effect("unknown", {{"Y_nd", 0.01}, {"X_sqrt_u", -0.004}}));
