@@ -511,8 +511,71 @@ std::vector<Start> Comparison::starts_with_tugs(std::size_t from, const std::vec
   for (const Interval& interval : intervals) {
     all.push_back(tugs.size());
     tugs.push_back(tug_in(from, interval));
+    tugs.back().effects.front().count_from(tugs.front().effects.front().towards_deg(), tugs.back().z);
   }
   return {screen_of(from, std::move(tugs), false).start(all)};
+}
+
+// With what a tug is known by now, its begin and end are known better than they were sought: pieces with its force, or
+// against it, are tried at both ends, all in one pass, until none gains.
+void Comparison::mend_tugs(Fitted& fitted) {
+  struct Piece {
+    std::size_t tug;
+    std::string end;
+    double time_s;
+  };
+  const std::span<const EffectParameter> parameters = effect_named("tug").parameters;
+  for (int round = 0; round < kMostShifts; ++round) {
+    std::vector<Candidate> candidates;
+    std::vector<Piece> pieces;
+    const Coordinates z = coordinates_of(fitted.fit);
+    Eigen::Index at = 0;
+    for (std::size_t i = 0; i < fitted.hypothesis.effects.size(); ++i) {
+      const FreeEffect& tug = fitted.hypothesis.effects[i];
+      const std::vector<double> now = tug.values(z.mean.segment(at, tug.size()));
+      at += tug.size();
+      if (tug.name() != "tug") continue;
+      FreeEffect::Choice choice;
+      choice.recording = tug.recording();
+      for (std::size_t p = 0; p < parameters.size(); ++p) choice.fixed[std::string(parameters[p].name)] = now[p];
+      const double force = now.front(), begin = choice.fixed["t_start_s"], end = choice.fixed["t_end_s"];
+      for (const double shift : {-4.0, -2.0, -1.0, 1.0, 2.0, 4.0})
+        for (const bool at_end : {false, true}) {
+          const double before = at_end ? end : begin, after = before + shift * kLastShift_s * campaign_.time_scale();
+          if (!(at_end ? begin < after : after < end)) continue;
+          choice.fixed["t_start_s"] = std::min(before, after);
+          choice.fixed["t_end_s"] = std::max(before, after);
+          choice.fixed["force_N"] = (after > before) == at_end ? force : -force;
+          candidates.push_back({{FreeEffect("tug", campaign_.ship, choice)}, Eigen::VectorXd()});
+          pieces.push_back({i, at_end ? "t_end_s" : "t_start_s", after});
+        }
+    }
+    if (candidates.empty()) return;
+    const EffectScreen screen(campaign_, fitted.fit, fitted.hypothesis, candidates, 1.0, options_.jobs,
+                              {fitted.fit.prior_sd});
+    std::map<std::pair<std::size_t, std::string>, std::pair<double, double>> best;  // gain and time
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      auto& [gain, time_s] = best[{pieces[c].tug, pieces[c].end}];
+      const double gains = screen.log_evidence({c}) - screen.log_evidence({});
+      if (gains > std::max(gain, kSettled)) gain = gains, time_s = pieces[c].time_s;
+    }
+    Fitted next = fitted;
+    bool moves = false;
+    for (const auto& [end, found] : best) {
+      if (!(found.first > 0.0)) continue;
+      next.hypothesis.effects[end.first].fix(end.second, found.second);
+      moves = true;
+    }
+    if (!moves) return;
+    try {
+      next.fit = fit_with(campaign_, fitted.fit, next.hypothesis, fitted.fit.theta, fit_options_);
+    } catch (const NumericalError&) {
+      return;
+    }
+    next.log_evidence = gap::log_evidence(next.fit);
+    if (next.log_evidence < fitted.log_evidence + kSettled) return;
+    fitted = std::move(next);
+  }
 }
 
 std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<Start>& starts) {
@@ -538,6 +601,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
       best = std::move(fitted);
   }
   if (best) settle_tolerance(*best);
+  if (best && names.contains("tug") && !name_set(all_[from].hypothesis).contains("tug")) mend_tugs(*best);
   // Where the effect is nothing it is as likely as without it.
   if (!best || best->log_evidence < all_[from].log_evidence - kLess)
     if (const std::optional<Start> nothing = at_neutral(all_[from], starts.front()))

@@ -96,6 +96,7 @@ class Comparison {
   bool go_on(Fitted& fitted);  // whether it gained
   void judge(Fitted& fitted) const;
   Candidate tug_in(std::size_t from, const Interval& interval) const;
+  void mend_tugs(Fitted& fitted);
   EffectScreen screen_of(std::size_t from, std::vector<Candidate> candidates, bool knows_events) const;
   std::vector<Candidate> candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const;
 

@@ -158,7 +158,7 @@ void EffectLibrary::add_derived() {
   };
   add("body-force", body);
   if (!campaign_.has_heading) {
-    not_applicable_.push_back("earth-force, steady-current, unmeasured-wind: no heading is recorded");
+    not_applicable_.emplace_back("earth-force, steady-current, unmeasured-wind: no heading is recorded");
     return;
   }
   std::vector<Derived> pull, current, wind;
@@ -189,8 +189,8 @@ void EffectLibrary::add_derived() {
   if (campaign_.ship.wind)
     add("unmeasured-wind", wind);
   else
-    not_applicable_.push_back("unmeasured-wind: the ensemble does not see the wind");
-  not_applicable_.push_back("all effects that change forces: the ensemble has none; gap-explain --ship tries them");
+    not_applicable_.emplace_back("unmeasured-wind: the ensemble does not see the wind");
+  not_applicable_.emplace_back("all effects that change forces: the ensemble has none; gap-explain --ship tries them");
 }
 
 bool EffectLibrary::holds(std::string_view effect) {

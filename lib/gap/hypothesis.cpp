@@ -83,6 +83,15 @@ void FreeEffect::fix(std::string_view parameter, double value) {
     if (parameters_[i].name == parameter) base_[i] = value;
 }
 
+void FreeEffect::count_from(double towards_deg, Eigen::VectorXd& z) {
+  Eigen::Index at = 0;
+  for (const Coordinate& c : coordinates_) {
+    if (is_direction(c.prior)) z[at] += std::remainder(towards_deg_ - towards_deg, 360.0) / kDirectionUnit_deg;
+    at += c.is_vector() ? 2 : 1;
+  }
+  towards_deg_ = towards_deg;
+}
+
 Eigen::Index FreeEffect::size() const {
   Eigen::Index n = 0;
   for (const Coordinate& c : coordinates_) n += c.is_vector() ? 2 : 1;

@@ -41,6 +41,10 @@ class FreeEffect {
   const std::string& name() const { return name_; }
   /// Another value for a parameter that is known.
   void fix(std::string_view parameter, double value);
+  double towards_deg() const { return towards_deg_; }
+  /// Lets a direction that is no vector have z = 0 elsewhere, and z mean what it meant: effects of one name that act in
+  /// different recordings are averaged by z.
+  void count_from(double towards_deg, Eigen::VectorXd& z);
   const std::optional<std::size_t>& recording() const { return recording_; }
   Eigen::Index size() const;  ///< coordinates
   double log_ways() const { return log_ways_; }

@@ -1,6 +1,7 @@
 """Scores of docs/proof.md from reports, ship files and keys. A report's absent fields count as not given."""
 
 import math
+import random
 
 DECISION_PRIME = 6.0
 NEVER_NAMED = {"body-force", "earth-force"}  # generic names: in the catalogue as competitors, scored as all others
@@ -164,6 +165,12 @@ def calibration(rows, bins=10):
             table.append((b / bins, (b + 1) / bins, len(inside), said, was))
             error += len(inside) / len(rows) * abs(said - was)
     return (error if rows else None), table
+
+
+def calibration_by_chance(rows, draws=1000):
+    """The error that so few cases show on average of a tool whose stated probabilities are right."""
+    rng, rows = random.Random(1), [r for r in rows if r.get("probability") is not None]
+    return sum(calibration([{**r, "right": rng.random() < r["probability"]} for r in rows])[0] for _ in range(draws)) / draws
 
 
 def gap_closed(before, after, oracle, least=0.1):

@@ -208,6 +208,42 @@ TEST_CASE("gap-explain: a tug beside another effect is named, and known when it 
     }
 }
 
+TEST_CASE("gap-explain: a tug in each recording is told by recording, and leaves nothing", "[gap][long]") {
+  std::vector<Trajectory> recordings, none;
+  const double directions_deg[] = {80.0, 120.0, 80.0}, ends_s[] = {150.0, 133.0, 162.0};
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 9);
+    truth.effects.push_back(effect("tug", {{"force_N", 1.0},
+                                           {"direction_deg", directions_deg[i]},
+                                           {"x_m", 1.0},
+                                           {"t_start_s", 100.0},
+                                           {"t_end_s", ends_s[i]}}));
+    for (Trajectory& recording : test::recorded({"esso-osaka-3m", 70 + i, 1, 200.0, 1.0, 0.0}, truth)) {
+      recording.name = recording.file = "run" + std::to_string(i);
+      recordings.push_back(std::move(recording));
+    }
+  }
+  const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"tug"});
+  std::size_t told = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string run = "run" + std::to_string(i);
+    for (const gap::ExplainedParameter& p : found(explanation, "tug").parameters)
+      if (p.recording == run && p.name == "direction_deg") {
+        CAPTURE(run, p.estimate);
+        CHECK(std::abs(std::remainder(p.estimate - directions_deg[i], 360.0)) < 8.0);
+        ++told;
+      }
+    for (const EffectEntry& entry : explanation.effects_in.at(run))
+      for (const auto& [name, value] : entry.parameters) {
+        CAPTURE(run, name, *value);
+        if (name == "t_start_s") CHECK(*value == Approx(100.0).margin(2.0));
+        if (name == "t_end_s") CHECK(*value == Approx(ends_s[i]).margin(2.0));
+      }
+  }
+  CHECK(told == 3);
+}
+
 TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[gap][long]") {
   Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 4);
   const Ship stated = read_ship("esso-osaka-3m");

@@ -105,8 +105,8 @@ class Truth(unittest.TestCase):
     def test_every_effect_acts_and_none_acts_at_zero_strength(self):
         rng = np.random.default_rng(3)
         ship = model.read_ship("vectwin-3m")
-        reach = {"x": np.array([0.0, 5.0]), "y": np.array([0.0, 5.0]), "duration": 100.0}
         track = short_run("vectwin-3m", 2, {"memory": 1e-9, "tank": 1e-9}, ("random",), 100.0)
+        reach = {**{k: track[k] for k in ("x", "y", "psi")}, "duration": 100.0}
         plain = separability.accelerations(ship, 2, track, 0, {}, {}, None)
         for name, effect in {**physics.EFFECTS, **physics.OUTSIDE}.items():
             if effect.kind in ("force", "actuator") and name != "windage":
@@ -117,6 +117,21 @@ class Truth(unittest.TestCase):
                     self.assertGreater(np.max(np.abs(moved - plain)), 1e-7)
                     still = separability.accelerations(ship, 2, track, 0, {}, effect.at(0.0, shape, ship)[0], None)
                     np.testing.assert_allclose(still, plain, atol=1e-9 if name != "thruster-speed-loss" else 1e-6)
+
+    def test_a_quay_pushes_back_and_turns_the_ship(self):
+        ship = model.read_ship("esso-osaka-3m")
+        L, mass = ship["particulars"]["L_pp_m"], physics.mass(ship)
+        # The bow 0.1 m in a quay to starboard, ahead of which nothing moves.
+        state = {"x": 0.0, "y": 0.0, "psi": 0.5 * math.pi, "u": 0.0, "v": 0.0, "r": 0.0}
+        track = {**{k: np.full((1, 2), v) for k, v in state.items()}, "t": np.array([0.0, 1.0]), "q": np.zeros((2, 1, 2)), "channels": ["delta", "n_p"],
+                 "a_delta": np.zeros((1, 2)), "a_n_p": np.zeros((1, 2))}
+        quay = {"fender_k": 100.0, "fender_D": 0.5 * L - 0.1, "fender_dir": 0.5 * math.pi}
+        for level in (1, 2):
+            free, held = (separability.accelerations(ship, level, track, 0, {}, e, None)[:, 0] for e in ({}, quay))
+            points = 2 if level == 1 else 1  # the box touches with two corners
+            push = 10.0 * points / mass
+            self.assertTrue(-push < held[0] - free[0] < -0.7 * push)  # added mass
+            self.assertAlmostEqual(held[2] - free[2], 0.0, 9)
 
     def test_level_2_differs_by_about_a_fifth(self):
         for ship in SHIPS:
@@ -234,6 +249,8 @@ class Scores(unittest.TestCase):
         error, table = scores.calibration([{"probability": 0.9, "right": True}] * 9 + [{"probability": 0.9, "right": False}])
         self.assertAlmostEqual(error, 0.0, 9)
         self.assertEqual(table[0][2], 10)
+        # The mean of |share - 1/2| over 100 tosses is sqrt(1/(2 pi 100)).
+        self.assertAlmostEqual(scores.calibration_by_chance([{"probability": 0.5, "right": False}] * 100), math.sqrt(1.0 / (200.0 * math.pi)), 2)
         self.assertAlmostEqual(scores.gap_closed(2.0, 1.0, 0.0), 0.5)
         self.assertIsNone(scores.gap_closed(2.0, 1.0, 1.95))
 
