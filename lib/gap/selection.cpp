@@ -64,13 +64,7 @@ class Selector {
         comparison_(comparison),
         options_(options),
         is_searched_(findings.verdict != Verdict::no_mismatch) {
-    const Vec3<double> typical = findings.fit.typical.cwiseMax(1e-12);
-    selection_.error = findings.fit.sigma_w.cwiseQuotient(typical).maxCoeff();
-    // Events are no part of sigma_w.
-    for (const Interval& interval : findings.located.intervals)
-      if (!interval.is_small && interval.p_value < options.locate.false_alarm)
-        selection_.error =
-            std::max(selection_.error, std::abs(interval.acceleration[interval.axis]) / typical[interval.axis]);
+    selection_.error = error_of(findings.fit.sigma_w, findings.located.intervals);
   }
 
   Selection run() {
@@ -92,6 +86,15 @@ class Selector {
  private:
   void progress(double done, const std::string& note) const {
     if (options_.locate.progress) options_.locate.progress(done, note);
+  }
+  double error_of(const Vec3<double>& sigma_w, const std::vector<Interval>& intervals) const {
+    const Vec3<double> typical = findings_.fit.typical.cwiseMax(1e-12);
+    double error = sigma_w.cwiseQuotient(typical).maxCoeff();
+    // Events are no part of sigma_w.
+    for (const Interval& interval : intervals)
+      if (!interval.is_small && interval.p_value < options_.locate.false_alarm)
+        error = std::max(error, std::abs(interval.acceleration[interval.axis]) / typical[interval.axis]);
+    return error;
   }
   const Hypothesis& hypothesis(std::size_t i) const { return comparison_.all()[i].hypothesis; }
   double evidence(std::size_t i) const { return comparison_.all()[i].log_evidence; }
@@ -198,6 +201,9 @@ class Selector {
       comparison_.settle(chosen);
       const Left left = left_beside(campaign_, comparison_.all()[chosen], options_);
       left_p = left.p_value;
+      std::vector<Interval> intervals;
+      if (left.interval.interval) intervals.push_back(*left.interval.interval);
+      selection_.error = error_of(comparison_.all()[chosen].fit.noise.sigma_w, intervals);
       if (size >= options_.most_effects) break;
       // A p-value is against everything that may be left; one effect can be certain where that is not small.
       const bool is_left = left_p < options_.locate.false_alarm;
