@@ -14,8 +14,8 @@ struct Selection {
   std::size_t chosen = 0;              ///< what is claimed
   double left_p_value = 1.0;           ///< of what is left beside it
   bool is_negligible = false;          ///< whether that is not worth a word
-  /// Model error beside what is claimed, by the typical acceleration, on the axis or in the interval where it is largest.
-  /// Below kErrorOfForms it is what simulators leave that lack nothing: then nothing is called unknown.
+  /// Model error beside what is claimed, by the typical acceleration, on the axis or in the interval where it is
+  /// largest. Below kErrorOfForms it is what simulators leave that lack nothing: then nothing is called unknown.
   double error = 0.0;
 };
 inline constexpr double kErrorOfForms = 0.1;
