@@ -589,6 +589,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
       fitted.hypothesis = start.hypothesis;
       fitted.fit = fit_with(campaign_, all_[from].fit, fitted.hypothesis, start.theta, fit_options_);
       fitted.log_evidence = gap::log_evidence(fitted.fit);
+      if (!std::isfinite(fitted.log_evidence)) return std::nullopt;
       return fitted;
     } catch (const NumericalError&) {  // with this effect the simulator runs away: it is no explanation
       return std::nullopt;

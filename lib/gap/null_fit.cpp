@@ -344,10 +344,10 @@ class Climb {
     const Eigen::MatrixXd M = curvature_now();
     const Evidence total = fit_.total;
     const double before = log_posterior(), distance = distance_now();
+    const Eigen::VectorXd newton = M.llt().solve(slope);
+    if (!newton.allFinite()) return Eigen::VectorXd::Zero(theta.size());
     std::vector<LinearStretch> stretches(fit_.stretches.size());
     std::swap(stretches, fit_.stretches);
-    const Eigen::VectorXd newton = M.llt().solve(slope);
-    if (!newton.allFinite()) throw NumericalError(diverged());
     const Eigen::Index effects = fit_.effects, coefficients = theta.size() - 1 - effects;
     for (;;) {
       Eigen::VectorXd step = newton;
