@@ -29,8 +29,9 @@ constexpr std::array kTolerances{0.0, 0.5, 1.0};
 constexpr int kMostTolerances = 2;   // that a fit moves to
 constexpr double kUnexcited = 0.01;  // nats
 constexpr int kRefitIterations = 20;
-constexpr double kFarBelow = 0.2;  // of the model error
-constexpr int kMostTimes = 5;      // that a fit is gone on with
+constexpr double kFarBelow = 0.2;          // of the model error
+constexpr std::size_t kFewPoints = 10000;  // of a campaign, that allow every fit that does not rest to begin anew
+constexpr int kMostTimes = 5;              // that a fit is gone on with
 // Of the sampling time: rudders that are later by less are not told from what they do between two samples.
 constexpr double kTellableShare = 0.5;
 constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may differ
@@ -611,7 +612,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
         if (!best || fitted->log_evidence > best->log_evidence) best = std::move(fitted);
       }
   if (!best) return std::nullopt;
-  if (!best->fit.report.converged) go_on(*best);
+  if (!best->fit.report.converged) go_on(*best, campaign_.points() <= kFewPoints);
   if (is_between_samples(*best) || is_another_effect(*best)) return std::nullopt;
   if (from != 0 && !is_worth_a_name(*best, all_[from])) return std::nullopt;
   judge(*best);
@@ -626,13 +627,13 @@ void Comparison::judge(Fitted& fitted) const {
   std::tie(fitted.gain, fitted.gain_sd) = gain(fitted, none());
 }
 
-bool Comparison::go_on(Fitted& fitted) {
+bool Comparison::go_on(Fitted& fitted, bool anew) {
   const double before = gap::log_evidence(fitted.fit);
   fitted.log_evidence = before;
   // Also from far below: where an effect has taken most of the model error away, its levels may rest halfway; and the
   // coefficients far from what is stated, if they stood in for it.
   for (const auto& [share, as_stated] : {std::pair{1.0, false}, {kFarBelow, false}, {kFarBelow, true}})
-    for (int i = 0; i < kMostTimes; ++i) {
+    for (int i = 0; i < kMostTimes && (anew || share == 1.0); ++i) {
       FittedNull next = fitted.fit;
       if (i == 0) next.noise.sigma_w *= share;
       if (i == 0 && as_stated) next.theta.head(next.theta.size() - 1 - next.effects).setZero();

@@ -93,7 +93,7 @@ class Comparison {
   bool is_worth_a_name(const Fitted& with, const Fitted& without) const;
   bool is_another_effect(const Fitted& fitted) const;
   void settle_tolerance(Fitted& fitted);
-  bool go_on(Fitted& fitted);  // whether it gained
+  bool go_on(Fitted& fitted, bool anew = true);  // whether it gained
   void judge(Fitted& fitted) const;
   Candidate tug_in(std::size_t from, const Interval& interval) const;
   void mend_tugs(Fitted& fitted);
