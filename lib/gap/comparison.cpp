@@ -288,7 +288,7 @@ Comparison::Comparison(Campaign& campaign, const FittedNull& null, const Compari
   // Gone on with as the others will be, so that none gains by a few steps more.
   Fitted none;
   none.fit = null;
-  if (options.none_is_possible) go_on(none);
+  if (options.none_is_possible) go_on(none, campaign.points() <= kFewPoints);
   settle_tolerance(none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
