@@ -118,10 +118,10 @@ class Truth(unittest.TestCase):
                     still = separability.accelerations(ship, 2, track, 0, {}, effect.at(0.0, shape, ship)[0], None)
                     np.testing.assert_allclose(still, plain, atol=1e-9 if name != "thruster-speed-loss" else 1e-6)
 
-    def test_a_quay_pushes_back_and_turns_the_ship(self):
+    def test_a_quay_pushes_the_bow_back(self):
         ship = model.read_ship("esso-osaka-3m")
         L, mass = ship["particulars"]["L_pp_m"], physics.mass(ship)
-        # The bow 0.1 m in a quay to starboard, ahead of which nothing moves.
+        # The bow 0.1 m in a quay right ahead; nothing moves.
         state = {"x": 0.0, "y": 0.0, "psi": 0.5 * math.pi, "u": 0.0, "v": 0.0, "r": 0.0}
         track = {**{k: np.full((1, 2), v) for k, v in state.items()}, "t": np.array([0.0, 1.0]), "q": np.zeros((2, 1, 2)), "channels": ["delta", "n_p"],
                  "a_delta": np.zeros((1, 2)), "a_n_p": np.zeros((1, 2))}
