@@ -28,6 +28,19 @@ const std::vector<double>& require(const Trajectory& recording, Channel channel,
   return recording[channel];
 }
 
+// Place of the first of ascending times above t_s. Recordings are mostly sampled regularly: it is sought first where it
+// would be then.
+std::size_t first_above(const std::vector<double>& t, double t_s) {
+  const std::size_t n = t.size();
+  const double share = n > 1 ? (t_s - t.front()) / (t.back() - t.front()) : 0.0;
+  if (share > 0.0 && share < 1.0) {
+    const auto guess = static_cast<std::size_t>(share * static_cast<double>(n - 1));
+    for (std::size_t i = std::max<std::size_t>(guess, 1); i <= std::min(guess + 2, n - 1); ++i)
+      if (t[i - 1] <= t_s && t_s < t[i]) return i;
+  }
+  return static_cast<std::size_t>(std::upper_bound(t.begin(), t.end(), t_s) - t.begin());
+}
+
 // Integrates over one sampling time.
 void advance(const Model<double>& model, ShipState<double>& state, const RecordedInputs& inputs, double t_s,
              const TimeGrid& grid, const Trajectory& recording) {
@@ -92,9 +105,8 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
 }
 
 RecordedInputs::Place RecordedInputs::place(double t_s) const {
-  const auto above = std::upper_bound(t_.begin(), t_.end(), t_s);
-  const std::size_t after = std::min(static_cast<std::size_t>(above - t_.begin()), t_.size() - 1);
-  const std::size_t before = above == t_.begin() ? 0 : static_cast<std::size_t>(above - t_.begin()) - 1;
+  const std::size_t above = first_above(t_, t_s), after = std::min(above, t_.size() - 1),
+                    before = above == 0 ? 0 : above - 1;
   const bool is_between = interpolation_ == InputInterpolation::linear && after > before;
   return {before, after, is_between ? (t_s - t_[before]) / (t_[after] - t_[before]) : 0.0};
 }
@@ -111,7 +123,7 @@ Inputs<double> RecordedInputs::at(double t_s) const {
 
 void RecordedInputs::let_rudders_act(Inputs<double>& inputs) const {
   const Place then = place(std::max(inputs.t_s - response_.delay_s, t_[first_known_.value_or(0)]));
-  const auto above = std::upper_bound(slow_t_.begin(), slow_t_.end(), inputs.t_s) - slow_t_.begin();
+  const std::size_t above = first_above(slow_t_, inputs.t_s);
   for (std::size_t a = 0; a < channels_.size(); ++a) {
     if (info(channels_[a]).quantity != Quantity::angle) continue;
     double& angle = inputs.actuators[channels_[a]];
@@ -120,7 +132,7 @@ void RecordedInputs::let_rudders_act(Inputs<double>& inputs) const {
       continue;
     }
     const std::vector<double>& slow = slow_angles_[a];
-    const auto after = std::min(static_cast<std::size_t>(above), slow.size() - 1), before = after > 0 ? after - 1 : 0;
+    const auto after = std::min(above, slow.size() - 1), before = after > 0 ? after - 1 : 0;
     const double gap_s = slow_t_[after] - slow_t_[before];
     const double share = gap_s > 0.0 ? std::clamp((inputs.t_s - slow_t_[before]) / gap_s, 0.0, 1.0) : 0.0;
     angle = slow[before] + share * (slow[after] - slow[before]);

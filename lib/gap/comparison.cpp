@@ -309,7 +309,8 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
   std::vector<EffectScreen> screens;
   for (const double share : {1.0, 0.0})
     if (share == 1.0 || is_bent(fit))
-      screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs, tolerances(fit));
+      screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, tolerances(fit),
+                           ScreenOptions{options_.jobs});
 
   std::vector<Promise> result;
   std::map<std::string, std::vector<std::size_t>> best_of;  // by effect: its candidates
@@ -364,8 +365,13 @@ std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from
       for (Candidate& candidate : candidates_of(effect, campaign_.ship, {choice}))
         candidates.push_back(std::move(candidate));
     if (candidates.empty()) continue;
-    // What a fender does is an event; the others act always.
-    const EffectScreen screen = screen_of(from, candidates, effect != "fender");
+    // What a fender does is an event; the others act always, and there are many places.
+    ScreenOptions screen_options{options_.jobs};
+    if (effect == "fender")
+      screen_options.knows_events = false;
+    else
+      screen_options.most_points = kFewPoints;
+    const EffectScreen screen = screen_of(from, candidates, screen_options);
     result.push_back({effect, {}, 0.0});
     Promise& promise = result.back();
     for (std::size_t c = 0; c < candidates.size(); ++c) promise.starts.push_back(screen.start({c}));
@@ -386,8 +392,7 @@ std::vector<Start> Comparison::terms_beside(std::size_t from) {
   };
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < all_terms.size(); ++i) candidates.push_back({{only({i})}, Eigen::VectorXd::Zero(1)});
-  const EffectScreen screen(campaign_, all_[from].fit, all_[from].hypothesis, std::move(candidates), 1.0, options_.jobs,
-                            tolerances(all_[from].fit));
+  const EffectScreen screen = screen_of(from, std::move(candidates), {options_.jobs});
 
   // With what the choice among all sets of a size costs.
   const auto worth = [&](const std::vector<std::size_t>& terms) {
@@ -442,7 +447,8 @@ std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& 
   std::vector<Start> starts;
   for (const double share : {1.0, 0.0}) {
     if (candidates.empty() || (share == 0.0 && !is_bent(fit))) break;
-    const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share, options_.jobs, tolerances(fit));
+    const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share, tolerances(fit),
+                              {options_.jobs});
     for (const auto& set : sets_of(screen, 0, candidates.size(), choice.recording.has_value()))
       starts.push_back(screen.start(set));
   }
@@ -462,7 +468,7 @@ Candidate Comparison::tug_in(std::size_t from, const Interval& interval) const {
       if (campaign_.recordings.size() > 1) choice.recording = stretch.recording;
     }
   const auto best_of = [&](const std::vector<Candidate>& candidates) {
-    const EffectScreen screen = screen_of(from, candidates, false);
+    const EffectScreen screen = screen_of(from, candidates, {options_.jobs, false});
     std::vector<Start> starts;
     for (std::size_t c = 0; c < candidates.size(); ++c) starts.push_back(screen.start({c}));
     sort(starts);
@@ -500,10 +506,10 @@ Candidate Comparison::tug_in(std::size_t from, const Interval& interval) const {
   return {{best.hypothesis.effects.back()}, z_of(best)};
 }
 
-EffectScreen Comparison::screen_of(std::size_t from, std::vector<Candidate> candidates, bool knows_events) const {
+EffectScreen Comparison::screen_of(std::size_t from, std::vector<Candidate> candidates,
+                                   const ScreenOptions& options) const {
   const Fitted& fitted = all_[from];
-  return {campaign_, fitted.fit,    fitted.hypothesis,      std::move(candidates),
-          1.0,       options_.jobs, tolerances(fitted.fit), knows_events};
+  return {campaign_, fitted.fit, fitted.hypothesis, std::move(candidates), 1.0, tolerances(fitted.fit), options};
 }
 
 std::vector<Start> Comparison::starts_with_tugs(std::size_t from, const std::vector<Interval>& intervals) const {
@@ -514,7 +520,7 @@ std::vector<Start> Comparison::starts_with_tugs(std::size_t from, const std::vec
     tugs.push_back(tug_in(from, interval));
     tugs.back().effects.front().count_from(tugs.front().effects.front().towards_deg(), tugs.back().z);
   }
-  return {screen_of(from, std::move(tugs), false).start(all)};
+  return {screen_of(from, std::move(tugs), {options_.jobs, false}).start(all)};
 }
 
 // With what a tug is known by now, its begin and end are known better than they were sought: pieces with its force, or
@@ -552,8 +558,8 @@ void Comparison::mend_tugs(Fitted& fitted) {
         }
     }
     if (candidates.empty()) return;
-    const EffectScreen screen(campaign_, fitted.fit, fitted.hypothesis, candidates, 1.0, options_.jobs,
-                              {fitted.fit.prior_sd});
+    const EffectScreen screen(campaign_, fitted.fit, fitted.hypothesis, candidates, 1.0, {fitted.fit.prior_sd},
+                              {options_.jobs});
     std::map<std::pair<std::size_t, std::string>, std::pair<double, double>> best;  // gain and time
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       auto& [gain, time_s] = best[{pieces[c].tug, pieces[c].end}];

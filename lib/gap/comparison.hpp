@@ -97,7 +97,7 @@ class Comparison {
   void judge(Fitted& fitted) const;
   Candidate tug_in(std::size_t from, const Interval& interval) const;
   void mend_tugs(Fitted& fitted);
-  EffectScreen screen_of(std::size_t from, std::vector<Candidate> candidates, bool knows_events) const;
+  EffectScreen screen_of(std::size_t from, std::vector<Candidate> candidates, const ScreenOptions& options) const;
   std::vector<Candidate> candidates_with(const std::string& effect, const FreeEffect::Choice& choice) const;
 
   Campaign& campaign_;

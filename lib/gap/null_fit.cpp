@@ -428,7 +428,7 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   return noise;
 }
 
-std::vector<std::size_t> LevelProblem::sample_of_stretches() const {
+std::vector<std::size_t> sample_of(const std::vector<LinearStretch>& stretches, std::size_t most_points) {
   std::size_t points = 0;
   for (const LinearStretch& stretch : stretches) points += stretch.path.size();
   const std::size_t every = std::max<std::size_t>(1, points / most_points);
@@ -438,7 +438,7 @@ std::vector<std::size_t> LevelProblem::sample_of_stretches() const {
 }
 
 std::vector<double> LevelProblem::costs(const std::vector<Levels>& points) const {
-  const std::vector<std::size_t> sample = sample_of_stretches();
+  const std::vector<std::size_t> sample = sample_of(stretches, most_points);
   const std::size_t n = sample.size();
   std::vector<Evidence> parts(points.size() * n);
   parallel_for(parts.size(), jobs, [&](std::size_t i) {

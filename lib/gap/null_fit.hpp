@@ -93,9 +93,9 @@ struct LevelProblem {
   Levels minimize(const Levels& start, int most_iterations, Levels& unit) const;
   /// Largest derivative of the cost by a free level that is not at a bound.
   double gradient(const Levels& at) const;
-
- private:
-  std::vector<std::size_t> sample_of_stretches() const;
 };
+
+/// Places of stretches with about `most_points` points that stand for all; of all where they have fewer.
+std::vector<std::size_t> sample_of(const std::vector<LinearStretch>& stretches, std::size_t most_points);
 
 }  // namespace leeway::gap

@@ -81,8 +81,8 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
 }
 
 EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
-                           std::vector<Candidate> candidates, double share, std::size_t jobs,
-                           std::vector<Eigen::VectorXd> prior_sd, bool knows_events)
+                           std::vector<Candidate> candidates, double share, std::vector<Eigen::VectorXd> prior_sd,
+                           const ScreenOptions& options)
     : so_far_(so_far),
       candidates_(std::move(candidates)),
       theta_(from.theta),
@@ -97,15 +97,16 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
     count += candidate.z.size() + 1;
   }
   std::vector<std::vector<Sides>> sides(campaign.recordings.size());
-  parallel_for(sides.size(), jobs, [&](std::size_t r) {
+  parallel_for(sides.size(), options.jobs, [&](std::size_t r) {
     for (const Candidate& candidate : candidates_)
       sides[r].push_back(sides_of(candidate, campaign, so_far, known, plain_theta, r));
   });
   Noise noise = from.noise;
-  noise.knows_events = knows_events;
-  std::vector<Evidence> parts(from.stretches.size());
-  parallel_for(parts.size(), jobs, [&](std::size_t s) {
-    const std::size_t recording = campaign.stretches[s].recording;
+  noise.knows_events = options.knows_events;
+  const std::vector<std::size_t> sample = sample_of(from.stretches, options.most_points);
+  std::vector<Evidence> parts(sample.size());
+  parallel_for(parts.size(), options.jobs, [&](std::size_t i) {
+    const std::size_t s = sample[i], recording = campaign.stretches[s].recording;
     // With the known effects, and the rudders as they follow then.
     const EffectColumns columns(campaign, so_far, known, plain_theta, recording);
     Stretch data = campaign.stretches[s];
@@ -136,10 +137,16 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
           out.col(column++).setZero();
       }
     };
-    parts[s] = evidence(linear, noise, count, more);
+    parts[i] = evidence(linear, noise, count, more);
   });
   total_ = Evidence(theta_.size() + count);
   for (const Evidence& part : parts) total_ += part;
+  double points = 0.0, sampled = 0.0;
+  for (const LinearStretch& stretch : from.stretches) points += static_cast<double>(stretch.path.size());
+  for (const std::size_t s : sample) sampled += static_cast<double>(from.stretches[s].path.size());
+  total_.log_likelihood *= points / sampled;
+  total_.b *= points / sampled;
+  total_.F *= points / sampled;
 }
 
 EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const {
@@ -213,7 +220,7 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   const std::vector<Candidate> candidates = candidates_of(effect, campaign.ship, std::move(choices));
   for (const double share : {1.0, 0.0}) {
     if (share == 0.0 && !is_bent(from)) break;
-    const EffectScreen screen(campaign, from, so_far, candidates, share, jobs, {from.prior_sd});
+    const EffectScreen screen(campaign, from, so_far, candidates, share, {from.prior_sd}, {jobs});
     for (std::size_t i = 0; i < candidates.size(); ++i) starts.push_back(screen.start({i}));
   }
   std::stable_sort(starts.begin(), starts.end(),

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "gap/effect_columns.hpp"
 #include "gap/null_fit.hpp"
 
@@ -25,6 +27,12 @@ struct Candidate {
 std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship,
                                      std::vector<FreeEffect::Choice> choices = {FreeEffect::Choice()});
 
+struct ScreenOptions {
+  std::size_t jobs = 1;
+  bool knows_events = true;  ///< false: what acts for a while is not taken for an event
+  std::size_t most_points = std::numeric_limits<std::size_t>::max();  ///< more: some stretches stand for all
+};
+
 /// What one linear step promises of candidates beside a fit, alone or together, in closed form: all their columns go
 /// through the filter once. A candidate has the columns of its coordinates, and one for what it does at its start.
 class EffectScreen {
@@ -33,10 +41,9 @@ class EffectScreen {
   ///   share   of the fit's coefficients, from which the step begins: 1, or 0 for the ship's own, which an effect that
   ///           is missing may have bent
   ///   prior_sd  of the fit's theta: one or several, of which the one counts that explains the recordings best
-  ///   knows_events  false: what acts for a while is not taken for an event
   EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
-               std::vector<Candidate> candidates, double share, std::size_t jobs, std::vector<Eigen::VectorXd> prior_sd,
-               bool knows_events = true);
+               std::vector<Candidate> candidates, double share, std::vector<Eigen::VectorXd> prior_sd,
+               const ScreenOptions& options);
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
   /// ln of the evidence of a set of candidates (places in the list); minus infinity where the simulator runs away.

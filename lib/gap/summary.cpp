@@ -281,8 +281,8 @@ std::string summary(const Explanation& explanation) {
   if (what != nullptr) {
     screen.item("What", fmt::format("{}, probability {:.2f}. {}", what->name, what->probability, what->sentence), 3);
     for (const ExplainedParameter& p : what->parameters)
-      screen.item(
-          "", fmt::format("{} = {} ({:.3g} to {:.3g} with 95 %)", p.name, with_sd(p.estimate, p.sd), p.low, p.high), 1);
+      screen.item("", fmt::format("{} = {} ({} with 95 %)", p.name, with_sd(p.estimate, p.sd), between(p.low, p.high)),
+                  1);
     if (!what->confusable_with.empty())
       screen.item(
           "Or else",

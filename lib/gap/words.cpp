@@ -8,6 +8,14 @@
 #include <fmt/ranges.h>
 
 namespace leeway::gap {
+namespace {
+
+constexpr int kMostDecimals = 6;
+
+// That show one digit of a standard deviation, two where it begins with 1 or 2.
+int decimals_of(double sd) { return -static_cast<int>(std::floor(std::log10(sd / 3.0))); }
+
+}  // namespace
 
 std::string_view word(Verdict verdict) {
   switch (verdict) {
@@ -86,9 +94,17 @@ std::string unit_of(std::string_view name) {
 std::string with_sd(double value, double sd) {
   if (!std::isfinite(value)) return "unknown";
   if (!std::isfinite(sd) || sd <= 0.0) return fmt::format("{:.3g}", value);
-  const int decimals = -static_cast<int>(std::floor(std::log10(sd / 3.0)));
-  if (decimals > 6) return fmt::format("{:.2e} +- {:.1e}", value, sd);
+  const int decimals = decimals_of(sd);
+  if (decimals > kMostDecimals) return fmt::format("{:.2e} +- {:.1e}", value, sd);
   return fmt::format("{:.{}f} +- {:.{}f}", value, std::max(decimals, 0), sd, std::max(decimals, 0));
+}
+
+std::string between(double low, double high) {
+  const double width = high - low;
+  if (!std::isfinite(width) || width <= 0.0) return fmt::format("{:.3g} to {:.3g}", low, high);
+  const int decimals = decimals_of(0.25 * width);
+  if (decimals > kMostDecimals) return fmt::format("{:.3e} to {:.3e}", low, high);
+  return fmt::format("{:.{}f} to {:.{}f}", low, std::max(decimals, 0), high, std::max(decimals, 0));
 }
 
 std::string p_value(double p) {

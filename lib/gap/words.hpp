@@ -30,6 +30,9 @@ std::string unit_of(std::string_view name);
 /// of the value where there is none.
 std::string with_sd(double value, double sd);
 
+/// "1.26 to 1.58": the limits of an interval of 95 %, as exactly as with_sd tells the value.
+std::string between(double low, double high);
+
 /// "p = 0.0021", "p < 0.0001", "p unknown".
 std::string p_value(double p);
 

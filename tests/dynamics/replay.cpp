@@ -64,6 +64,30 @@ TEST_CASE("replay: inputs are linear or held between samples, and held over miss
   REQUIRE(linear.notices().size() == 1);  // no wind: calm is assumed, and said
 }
 
+TEST_CASE("replay: inputs are found between samples however unevenly these lie", "[dynamics]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  Trajectory recording;
+  recording.file = "uneven.csv";
+  double t_s = 5.0;
+  for (int i = 0; i < 400; ++i) {
+    recording[Channel::t].push_back(t_s);
+    recording[Channel::n_p].push_back(3.0 + 0.02 * t_s);  // linear: the right place gives it back
+    for (const Channel channel : {Channel::u, Channel::vm, Channel::r, Channel::delta})
+      recording[channel].push_back(0.1);
+    t_s += i % 50 == 49 ? 30.0 : 0.1 + 0.01 * (i % 7);
+  }
+  const RecordedInputs inputs(recording, ship, InputInterpolation::linear);
+  const double end_s = recording[Channel::t].back();
+  for (int i = 0; i <= 5000; ++i) {
+    const double at_s = 5.0 + (end_s - 5.0) * i / 5000.0;
+    CHECK_THAT(inputs.at(at_s).actuators[Channel::n_p], WithinAbs(3.0 + 0.02 * at_s, 1e-11));
+  }
+  for (const double sample_s : recording[Channel::t])
+    CHECK_THAT(inputs.at(sample_s).actuators[Channel::n_p], WithinAbs(3.0 + 0.02 * sample_s, 1e-11));
+  CHECK(inputs.at(0.0).actuators[Channel::n_p] == recording[Channel::n_p].front());
+  CHECK(inputs.at(end_s + 9.0).actuators[Channel::n_p] == recording[Channel::n_p].back());
+}
+
 TEST_CASE("replay: it starts at the first complete sample, and refuses what it cannot know", "[dynamics]") {
   const Ship ship = read_ship("vectwin-3m");
   Trajectory recording = recorded(ship, 1.0);

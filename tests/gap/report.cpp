@@ -188,6 +188,14 @@ TEST_CASE("summary of gap-locate: stays on one screen however much was found", "
   }
 }
 
+TEST_CASE("summary: limits of an interval are told as exactly as what lies between", "[gap][report]") {
+  CHECK(gap::between(0.0399902, 0.0400068) == "0.039990 to 0.040007");
+  CHECK(gap::between(69.989, 70.017) == "69.989 to 70.017");
+  CHECK(gap::between(1.234, 5.678) == "1.2 to 5.7");
+  CHECK(gap::between(-120.0, 340.0) == "-120 to 340");
+  CHECK(gap::between(0.5, 0.5) == "0.5 to 0.5");
+}
+
 TEST_CASE("thinning for the page: extremes, ends and holes stay", "[gap][report]") {
   std::vector<double> line(50000);
   for (std::size_t i = 0; i < line.size(); ++i) line[i] = std::sin(0.001 * static_cast<double>(i));
