@@ -40,6 +40,7 @@ constexpr double kFirstShift_s = 8.0, kLastShift_s = 1.0;  // of a tug's begin a
 constexpr std::size_t kTellingTerms = 12;                  // of the effect unknown, of which sets are formed
 constexpr int kFenders = 24;                               // directions
 constexpr std::array kDepths{0.01, 0.03, 0.1};             // of a hull in a fender, by its length
+constexpr std::array kSlacks{0.4, 0.8, 0.95};              // of a line, by its greatest length
 constexpr int kAnchors = 3;                                // to each side of the middle
 
 std::set<std::string> name_set(const Hypothesis& hypothesis) {
@@ -87,7 +88,7 @@ std::vector<FreeEffect::Choice> places_of(const std::string& effect, const Campa
         const std::map<std::string, Prior> place{{"anchor_x_m", about(anchor(0), half(0))},
                                                  {"anchor_y_m", about(anchor(1), half(1))}};
         add(0.0, place);
-        for (const double slack : {0.4, 0.8}) {
+        for (const double slack : kSlacks) {
           std::map<std::string, Prior> with_slack = place;
           with_slack["slack_length_m"] = about(slack * farthest, 0.5 * farthest, 0.0);
           add(0.0, std::move(with_slack));
@@ -354,23 +355,20 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
   return result;
 }
 
-std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from,
-                                                                const std::vector<std::string>& effects) {
+std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from, bool acts_at_times) {
   const std::set<std::string> present = name_set(all_[from].hypothesis);
   std::vector<Promise> result;
-  for (const std::string& effect : effects) {
-    if (present.contains(effect)) continue;
+  for (const std::string effect : {"bank", "mooring", "fender"}) {
+    if (present.contains(effect) || (effect == "fender" && !acts_at_times)) continue;
     std::vector<Candidate> candidates;
     for (const FreeEffect::Choice& choice : places_of(effect, campaign_))
       for (Candidate& candidate : candidates_of(effect, campaign_.ship, {choice}))
         candidates.push_back(std::move(candidate));
     if (candidates.empty()) continue;
-    // What a fender does is an event; the others act always, and there are many places.
+    // What fenders and lines that go taut do are events. There are many places of what acts always.
     ScreenOptions screen_options{options_.jobs};
-    if (effect == "fender")
-      screen_options.knows_events = false;
-    else
-      screen_options.most_points = kFewPoints;
+    screen_options.knows_events = effect == "bank" || !acts_at_times;
+    if (effect != "fender") screen_options.most_points = kFewPoints;
     const EffectScreen screen = screen_of(from, candidates, screen_options);
     result.push_back({effect, {}, 0.0});
     Promise& promise = result.back();

@@ -51,9 +51,9 @@ class Comparison {
   ///   pair       takes the start of the most promising pair of them
   std::vector<Promise> promises(std::size_t from, std::size_t count, std::vector<std::string>* unexcited = nullptr,
                                 std::vector<Start>* pair = nullptr);
-  /// The same for some of the effects that are bound to a place, which is sought about the tracks: bank, fender,
-  /// mooring.
-  std::vector<Promise> promises_of_places(std::size_t from, const std::vector<std::string>& effects);
+  /// The same for the effects that are bound to a place, which is sought about the tracks: bank, mooring, and where
+  /// something acts at times, fender.
+  std::vector<Promise> promises_of_places(std::size_t from, bool acts_at_times);
   /// The few terms of the effect `unknown`, at most three, that best explain what is left beside `from`, by one linear
   /// step: all sets among the most telling are compared. None where no set is worth its own number of ways.
   std::vector<Start> terms_beside(std::size_t from);

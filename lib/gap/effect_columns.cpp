@@ -25,24 +25,24 @@ EffectColumns::EffectColumns(const Campaign& campaign, const Hypothesis& hypothe
     : recorded_(campaign.recorded_inputs[recording]),
       ship_(hypothesis.applied_to(campaign.ship_in(recording), z, recording)),
       response_(Effects<double>(ship_).rudder_response()) {
-  const auto side = [&](const Eigen::VectorXd& at) {
+  Eigen::Index j = 0;
+  const auto side_at = [&](double off) {
+    const Eigen::VectorXd at = z + off * Eigen::VectorXd::Unit(z.size(), j);
     return EffectSide(hypothesis.applied_to(campaign.ship_in(recording), at, recording), plain_theta, recorded_,
                       response_);
   };
-  Eigen::Index j = 0;
   for (const FreeEffect& effect : hypothesis.effects)
-    for (const Eigen::Index end = j + effect.size(); j < end; ++j) {
-      sides_.emplace_back();
-      if (effect.recording().value_or(recording) != recording) continue;
-      const Eigen::VectorXd step = kCoordinateStep * Eigen::VectorXd::Unit(z.size(), j);
-      sides_.back() = {side(z + step), side(z - step)};
+    for (const double difference : effect.differences()) {
+      slopes_.emplace_back();
+      if (effect.recording().value_or(recording) == recording) slopes_.back().emplace(side_at, difference);
+      ++j;
     }
 }
 
 void EffectColumns::set_inputs_of(Stretch& stretch) const { set_inputs(stretch, recorded_.through(response_), ship_); }
 
 void EffectColumns::add_to(LinearStretch& stretch) const {
-  const auto count = static_cast<Eigen::Index>(sides_.size());
+  const auto count = static_cast<Eigen::Index>(slopes_.size());
   for (std::size_t k = 0; k < stretch.steps.size(); ++k) {
     ByRow<kShipStates>& G = stretch.steps[k].G;
     const Eigen::Index plain = G.cols() - 1;
@@ -50,9 +50,8 @@ void EffectColumns::add_to(LinearStretch& stretch) const {
     wider.leftCols(plain) = G.leftCols(plain);
     wider.rightCols(1) = G.rightCols(1);
     for (Eigen::Index j = 0; j < count; ++j) {
-      if (const auto& sides = sides_[static_cast<std::size_t>(j)])
-        wider.col(plain + j) =
-            (sides->first.step(stretch, k) - sides->second.step(stretch, k)) / (2.0 * kCoordinateStep);
+      if (const auto& slope = slopes_[static_cast<std::size_t>(j)])
+        wider.col(plain + j) = slope->step(stretch, k);
       else
         wider.col(plain + j).setZero();
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -23,8 +24,24 @@ class EffectSide {
   std::optional<RecordedInputs> inputs_;  // where they are not those of the stretch
 };
 
-/// How steps change with the coordinates of effects: central differences of the steps, since effects may also shift
-/// inputs in time.
+/// How steps change with one coordinate of an effect: a central difference, since effects may also shift inputs in
+/// time.
+class EffectSlope {
+ public:
+  ///   side_at  the side with this coordinate off by as much
+  EffectSlope(const std::function<EffectSide(double off)>& side_at, double difference)
+      : above_(side_at(difference)), below_(side_at(-difference)), difference_(difference) {}
+  /// Of step k of a stretch by the coordinate.
+  Vec6 step(const LinearStretch& stretch, std::size_t k) const {
+    return (above_.step(stretch, k) - below_.step(stretch, k)) / (2.0 * difference_);
+  }
+
+ private:
+  EffectSide above_, below_;
+  double difference_;
+};
+
+/// How steps change with the coordinates of effects.
 class EffectColumns {
  public:
   ///   z            coordinates of the hypothesis
@@ -44,11 +61,8 @@ class EffectColumns {
   const RecordedInputs& recorded_;
   const Ship ship_;
   const RudderResponse response_;
-  std::vector<std::optional<std::pair<EffectSide, EffectSide>>> sides_;  // none: it does not act in this recording
+  std::vector<std::optional<EffectSlope>> slopes_;  // none: it does not act in this recording
 };
-
-/// A step of a coordinate for differences.
-inline constexpr double kCoordinateStep = 0.01;
 
 /// (coefficients, timing) of (coefficients, z, timing).
 Eigen::VectorXd without_effects(const Eigen::VectorXd& theta, Eigen::Index effects);

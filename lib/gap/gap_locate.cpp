@@ -227,7 +227,7 @@ std::optional<Reading> told_by_fit(const Campaign& campaign, const FittedNull& f
   const double as_stated = log_evidence(fit);
   for (const Reading& reading : conventions.tested) {
     const bool is_wind = reading.recording.empty() && (reading.name == "wind-to" || reading.name == "apparent");
-    if (!campaign.has_wind || !is_wind || std::abs(reading.log_odds) > kOpen) continue;
+    if (!campaign.has_wind || !is_wind || reading.log_odds < -kOpen) continue;
     Campaign otherwise = campaign;
     for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
       otherwise.recordings[r] = reread(campaign.recordings[r], {reading});

@@ -21,6 +21,9 @@ constexpr std::size_t kDraws = 4000;                       // for intervals of p
 // that the factor and not the coefficient takes what is off.
 constexpr double kFactorSd = 0.6;
 constexpr double kLeastFactor = 0.02, kMostFactor = 5.0;
+constexpr double kDifference = 0.01;
+// A wall that turns must not leave the hull that it touches somewhere: 0.014 deg.
+constexpr double kDirectionDifference = 1e-4;
 constexpr double kFarthest = 8.0;  // sd, beyond which a coordinate is not followed
 
 double in_circle_deg(double angle_deg) {
@@ -162,6 +165,13 @@ std::vector<double> FreeEffect::values(const Eigen::Ref<const Eigen::VectorXd>& 
       result[c.parameter] = value_of(c, z[at++]);
     }
   }
+  return result;
+}
+
+std::vector<double> FreeEffect::differences() const {
+  std::vector<double> result;
+  for (const Coordinate& c : coordinates_)
+    result.insert(result.end(), c.is_vector() ? 2 : 1, is_direction(c.prior) ? kDirectionDifference : kDifference);
   return result;
 }
 

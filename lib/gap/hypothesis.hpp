@@ -58,6 +58,8 @@ class FreeEffect {
 
   /// Parameters in the catalogue's order and units, within their bounds.
   std::vector<double> values(const Eigen::Ref<const Eigen::VectorXd>& z) const;
+  /// Steps of the coordinates for central differences.
+  std::vector<double> differences() const;
   /// As it stands in a ship's JSON.
   EffectEntry entry(const Eigen::Ref<const Eigen::VectorXd>& z) const;
 

@@ -19,7 +19,7 @@ constexpr double kLongestStart = 3.0;  // of a coordinate, by the first linear s
 // What a candidate changes in the steps of one recording.
 struct Sides {
   std::optional<EffectSide> at_start;
-  std::vector<std::optional<std::pair<EffectSide, EffectSide>>> coordinates;
+  std::vector<std::optional<EffectSlope>> coordinates;
 };
 
 Sides sides_of(const Candidate& candidate, const Campaign& campaign, const Hypothesis& so_far,
@@ -36,14 +36,16 @@ Sides sides_of(const Candidate& candidate, const Campaign& campaign, const Hypot
     return EffectSide(hypothesis.applied_to(ship, all, recording), plain_theta, recorded, like);
   };
   Eigen::Index j = 0;
+  const auto side_at = [&](double off) {
+    return side(candidate.z + off * Eigen::VectorXd::Unit(candidate.z.size(), j));
+  };
   for (const FreeEffect& effect : candidate.effects) {
     const bool acts = effect.recording().value_or(recording) == recording;
     if (acts && !sides.at_start) sides.at_start = side(candidate.z);
-    for (const Eigen::Index end = j + effect.size(); j < end; ++j) {
+    for (const double difference : effect.differences()) {
       sides.coordinates.emplace_back();
-      if (!acts) continue;
-      const Eigen::VectorXd step = kCoordinateStep * Eigen::VectorXd::Unit(candidate.z.size(), j);
-      sides.coordinates.back() = {side(candidate.z + step), side(candidate.z - step)};
+      if (acts) sides.coordinates.back().emplace(side_at, difference);
+      ++j;
     }
   }
   return sides;
@@ -125,9 +127,9 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
       const Vec6 plain = without.step(linear, k);
       Eigen::Index column = 0;
       for (const Sides& one : sides[recording]) {
-        for (const auto& pair : one.coordinates) {
-          if (pair)
-            out.col(column++) = (pair->first.step(linear, k) - pair->second.step(linear, k)) / (2.0 * kCoordinateStep);
+        for (const auto& slope : one.coordinates) {
+          if (slope)
+            out.col(column++) = slope->step(linear, k);
           else
             out.col(column++).setZero();
         }

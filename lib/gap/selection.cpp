@@ -157,9 +157,7 @@ class Selector {
         std::any_of(located.frames.begin(), located.frames.end(),
                     [](const Frame& frame) { return frame.name == "position" && frame.log_evidence > kOfPlaces; })) {
       progress(0.73, "banks, fenders, moorings");
-      std::vector<std::string> effects{"bank", "mooring"};
-      if (acts_at_times) effects.emplace_back("fender");
-      for (const auto& promise : comparison_.promises_of_places(0, effects))
+      for (const auto& promise : comparison_.promises_of_places(0, acts_at_times))
         if (!is_hopeless(promise.gain, likeliest_, 0, kHopelessOfPlaces)) better(comparison_.add(0, promise.starts));
     }
     if (std::vector<Interval> intervals = strongest_by_recording(); !intervals.empty())

@@ -76,10 +76,15 @@ class Model:
         self.K_T_cubic = np.linalg.lstsq(np.stack([np.ones_like(J), J, J**3], 1), quadratic(k, J), rcond=None)[0]
         aspect = self.rd["aspect_ratio"]
         self.lindenburg = 0.41 * (1.0 - math.exp(-17.0 / aspect))
-        alpha = np.radians(np.linspace(1.0, 35.0, 35))
-        curve = 1.98 * np.sin(alpha) * (1.0 / (0.56 + 0.44 * np.sin(alpha)) - self.lindenburg)
-        plain = (2.6252 if self.is_vectwin else self.rd["f_alpha"]) * np.sin(alpha)
-        self.C_N_gain = float(plain @ curve / (curve @ curve))
+        # The other form of the rudders' normal force, through the angles that are ordered: those of VecTwin rudders reach
+        # beyond 90 deg, where a form fitted up to 35 deg would have half as much force again.
+        if self.is_vectwin:
+            alpha = np.radians(np.arange(1.0, 126.0))
+            self.C_N_terms = np.linalg.lstsq(self._other_normal_forces(alpha), vectwin_normal_force(alpha), rcond=None)[0]
+        else:
+            alpha = np.radians(np.linspace(1.0, 35.0, 35))
+            curve, plain = self._other_normal_forces(alpha)[:, 0], self.rd["f_alpha"] * np.sin(alpha)
+            self.C_N_terms = np.array([0.5 * (plain @ curve) / (curve @ curve), 0.5 * self.rd["f_alpha"], 0.0])
         self.thruster_fit = []
         for t in self.ship.get("thrusters", []):
             Fr = np.linspace(0.0, t["u_max_mps"] / math.sqrt(G * self.L), 60)
@@ -266,19 +271,20 @@ class Model:
             Y, N = Y + e["c_Y"] * q * loading, N + e["c_N"] * q * L * loading
         return X, Y, N, wake, u_P, J, n2K
 
+    def _other_normal_forces(self, alpha):
+        """Terms of C_N: a plate's curve (Lindenburg), and two harmonics."""
+        s = np.sin(alpha)
+        return np.stack([1.98 * s * (1.0 / (0.56 + 0.44 * np.abs(s)) - self.lindenburg), s, np.sin(2.0 * alpha)], -1)
+
     def _normal_force(self, u_R, v_R, delta):
         """C_N U_R^2."""
         alpha = delta - np.arctan2(v_R, u_R)
         if self.level == 2 or "stall" in self.active:
             alpha = np.arctan2(np.sin(alpha), np.cos(alpha))
         if self.level == 2:
-            s = np.sin(alpha)
-            curve = self.C_N_gain * 1.98 * s * (1.0 / (0.56 + 0.44 * np.abs(s)) - self.lindenburg)
-            C = 0.5 * (curve + (2.6252 if self.is_vectwin else self.rd["f_alpha"]) * s)
+            C = self._other_normal_forces(alpha) @ self.C_N_terms
         elif self.is_vectwin:
-            wrapped = delta - np.arctan2(v_R, u_R)
-            a = np.abs(wrapped)
-            C = np.where(a <= 0.654498469, 2.6252 * np.sin(wrapped), np.sign(wrapped) * (-0.8449 * a * a + 2.0621 * a + 0.6387))
+            C = vectwin_normal_force(delta - np.arctan2(v_R, u_R))
         else:
             C = self.rd["f_alpha"] * np.sin(alpha)
         if "stall" in self.active:
@@ -523,6 +529,12 @@ class Model:
         w = 1.1 / T
         sway = s["u"] * s["r"]
         return np.stack([(np.abs(s["r"]) * self.scale * 4.0 - q[0]) / (40.0 * T) + 0.0 * q[0], q[2], w * w * (sway * 20.0 - q[1]) - 2.0 * 0.05 * w * q[2]])
+
+
+def vectwin_normal_force(alpha):
+    """C_N of the published curve, also beyond 35 deg."""
+    a = np.abs(alpha)
+    return np.where(a <= 0.654498469, 2.6252 * np.sin(alpha), np.sign(alpha) * (-0.8449 * a * a + 2.0621 * a + 0.6387))
 
 
 def shallow_factors(h_over_T, B, d, L, C_b, level, slack):

@@ -28,12 +28,18 @@
     const size = Math.abs(x);
     return signed(size >= 1e-4 && size < 1e6 ? String(Number(x.toPrecision(digits))) : x.toExponential(digits - 1));
   };
+  // One digit of the standard deviation, two where it begins with 1 or 2.
+  const digitsOf = (sd) => Math.max(0, -Math.floor(Math.log10(sd / 3)));
   const withSd = (x, sd) => {
     if (!known(x)) return NONE;
     if (!known(sd) || sd <= 0) return short(x);
-    // One digit of the standard deviation, two where it begins with 1 or 2.
-    const digits = Math.max(0, -Math.floor(Math.log10(sd / 3)));
+    const digits = digitsOf(sd);
     return digits > 7 ? short(x) + PM + short(sd, 2) : fixed(x, digits) + PM + sd.toFixed(digits);
+  };
+  // The limits of an interval of 95 %, as exactly as its middle is told.
+  const between = ([low, high]) => {
+    const digits = known(low) && known(high) && low < high ? digitsOf((high - low) / 4) : 8;
+    return digits > 7 ? `${short(low)} to ${short(high)}` : `${fixed(low, digits)} to ${fixed(high, digits)}`;
   };
   const percent = (x) => {
     if (!known(x)) return NONE;
@@ -264,11 +270,12 @@
             known(sigma[axis + '_sd_' + unit]) ? scale * sigma[axis + '_sd_' + unit] : null),
         UNIT[axis], percent(sigma[axis + '_share_of_typical']) + ' of the typical acceleration');
   }
+  const gain = explanation && explanation.chosen.length > 0 ?
+      [explanation.heldout_gain_nats, explanation.heldout_gain_sd_nats] :
+      [detection.heldout_gain, detection.heldout_gain_sd];
   card(
-      'Chance, if nothing is missing', pValue(findings.p_value), '',
-      detection.effects.length === 0 ?
-          '' :
-          'held-out gain ' + withSd(detection.heldout_gain, detection.heldout_gain_sd) + ' nats');
+      'Chance, if nothing is missing', pValue((explanation || findings).p_value), '',
+      detection.effects.length === 0 ? '' : 'held-out gain ' + withSd(...gain) + ' nats');
   hero.append(element(
       'p', {class: 'note'},
       'Model error: standard deviation of the acceleration that the simulator lacks to follow the recordings' +
@@ -323,7 +330,7 @@
                       {name: 'Estimate', of: ({p}) => (p ? withSd(p.estimate, p.sd) + printed(p.unit) : ''), kind: 'number'},
                       {
                         name: '95 %',
-                        of: ({p}) => (p ? `${short(p.ci95[0])} to ${short(p.ci95[1])}` : ''),
+                        of: ({p}) => (p ? between(p.ci95) : ''),
                         kind: 'number'
                       },
                     ],
@@ -342,7 +349,7 @@
                        high: Math.min(1.5, share(p, p.ci95[1])),
                        value: share(p, p.estimate),
                        color: COLOR.sway,
-                       tip: `${short(p.estimate)}${printed(p.unit)}, 95 % ${short(p.ci95[0])} to ${short(p.ci95[1])}; ` +
+                       tip: `${withSd(p.estimate, p.sd)}${printed(p.unit)}, 95 % ${between(p.ci95)}; ` +
                            `before ${short(p.prior95[0])} to ${short(p.prior95[1])}`,
                      })),
           {
