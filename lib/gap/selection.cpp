@@ -185,7 +185,10 @@ class Selector {
       if ((best == 0 || stated[i] > stated[best]) && may_be(i)) best = i;
     const bool is_likelier = p_value < options_.locate.false_alarm && stated[best] > stated[0];
     const bool is_certain = is_likelier || comparison_.log_odds(best) > kStrong;
-    if (is_certain && comparison_.holds(best, 0, is_likelier ? 0.0 : 1.0)) selection_.chosen = best;
+    // Where forms of forces that may not be claimed are likelier, an effect imitates them.
+    bool is_another_form = false;
+    for (std::size_t i = 1; i < stated.size(); ++i) is_another_form |= stated[i] > stated[best] && !may_be(i);
+    if (is_certain && !is_another_form && comparison_.holds(best, 0, is_likelier ? 0.0 : 1.0)) selection_.chosen = best;
     if (selection_.chosen == 0) selection_.left_p_value = p_value;
   }
 
