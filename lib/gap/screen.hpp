@@ -27,6 +27,7 @@ struct Candidate {
 std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship,
                                      std::vector<FreeEffect::Choice> choices = {FreeEffect::Choice()});
 
+/// How candidates are screened.
 struct ScreenOptions {
   std::size_t jobs = 1;
   bool knows_events = true;  ///< false: what acts for a while is not taken for an event
