@@ -23,8 +23,9 @@ constexpr double kGainSd = 2.0;         // standard errors by which what was hel
 constexpr double kStrongOdds = 5.0;     // nats
 // Of the typical acceleration: what must be taken away where no more is left than inputs between the samples make.
 constexpr double kWorthAName = 0.02;
-constexpr double kSettled = 0.5;  // nats by which a fit may still gain
-constexpr double kTemper = 2.0;   // of stated probabilities: docs/gap-explain.md
+constexpr double kSettled = 0.5;    // nats by which a fit may still gain
+constexpr double kElsewhere = 2.0;  // nats by which the fit of nothing missing rests in a better place
+constexpr double kTemper = 3.0;     // of stated probabilities: docs/gap-explain.md
 constexpr std::array kTolerances{0.0, 0.5, 1.0};
 constexpr int kMostTolerances = 2;   // that a fit moves to
 constexpr double kUnexcited = 0.01;  // nats
@@ -38,10 +39,12 @@ constexpr std::size_t kMostThatDiffer = 8;  // recordings in which an effect may
 constexpr int kMostShifts = 20;
 constexpr double kFirstShift_s = 8.0, kLastShift_s = 1.0;  // of a tug's begin and end, at 3 m
 constexpr std::size_t kTellingTerms = 12;                  // of the effect unknown, of which sets are formed
-constexpr int kFenders = 24;                               // directions
-constexpr std::array kDepths{0.01, 0.03, 0.1};             // of a hull in a fender, by its length
-constexpr std::array kSlacks{0.4, 0.8, 0.95};              // of a line, by its greatest length
-constexpr int kAnchors = 3;                                // to each side of the middle
+constexpr int kBanks = 8, kFenders = 24;                   // directions
+constexpr int kFineDirections = 120;
+constexpr double kApart_deg = 15.0;
+constexpr std::array kDepths{0.01, 0.03, 0.1};  // of a hull in a fender, by its length
+constexpr std::array kSlacks{0.4, 0.8, 0.95};   // of a line, by its greatest length
+constexpr int kAnchors = 3;                     // to each side of the middle
 
 std::set<std::string> name_set(const Hypothesis& hypothesis) {
   const std::vector<std::string> names = hypothesis.names();
@@ -61,11 +64,21 @@ double reach_of(const Vec6& measured, const Vec2<double>& towards, const Particu
 }
 
 // Where a bank, a fender or a mooring line may be, about the tracks.
-std::vector<FreeEffect::Choice> places_of(const std::string& effect, const Campaign& campaign) {
+//   events  when something acts: there the directions of walls are tried more finely
+std::vector<FreeEffect::Choice> places_of(const std::string& effect, const Campaign& campaign,
+                                          const std::vector<Interval>& events) {
   std::vector<Vec6> visited;
+  std::vector<bool> in_event;
   for (const Stretch& stretch : campaign.stretches)
-    for (const Vec6& measured : stretch.measured)
-      if (measured.head<2>().allFinite()) visited.push_back(measured);
+    for (std::size_t k = 0; k < stretch.size(); ++k) {
+      if (!stretch.measured[k].head<2>().allFinite()) continue;
+      visited.push_back(stretch.measured[k]);
+      in_event.push_back(std::any_of(events.begin(), events.end(), [&](const Interval& event) {
+        const double around_s = event.t_end_s - event.t_start_s;
+        return event.file == campaign.recordings[stretch.recording].file &&
+               event.t_start_s - around_s <= stretch.t_s[k] && stretch.t_s[k] <= event.t_end_s + around_s;
+      }));
+    }
   if (visited.empty()) return {};
   const double L = campaign.ship.particulars.L_pp, B = campaign.ship.particulars.B;
   std::vector<FreeEffect::Choice> result;
@@ -96,15 +109,18 @@ std::vector<FreeEffect::Choice> places_of(const std::string& effect, const Campa
       }
     return result;
   }
-  const int directions = effect == "bank" ? 8 : kFenders;
-  for (int k = 0; k < directions; ++k) {
-    const double angle = 2.0 * kPi * k / directions;
+  const int every = kFineDirections / (effect == "bank" ? kBanks : kFenders);
+  for (int k = 0; k < kFineDirections; ++k) {
+    const double angle = 2.0 * kPi * k / kFineDirections;
     const Vec2<double> towards{std::cos(angle), std::sin(angle)};
     double midship = -std::numeric_limits<double>::infinity(), hull = midship;
-    for (const Vec6& place : visited) {
-      midship = std::max(midship, place.head<2>().dot(towards));
-      hull = std::max(hull, reach_of(place, towards, campaign.ship.particulars));
+    bool acts_there = false;  // where the hull reaches farthest
+    for (std::size_t i = 0; i < visited.size(); ++i) {
+      midship = std::max(midship, visited[i].head<2>().dot(towards));
+      if (const double reach = reach_of(visited[i], towards, campaign.ship.particulars); reach > hull)
+        hull = reach, acts_there = in_event[i];
     }
+    if (k % every != 0 && !acts_there) continue;
     if (effect == "bank")  // that the tracks do not touch
       add(angle / kDegree, {{"wall_distance_m", about(midship + 1.5 * B, 1.5 * B)}});
     else  // that the hull touches somewhere
@@ -244,6 +260,20 @@ void sort(std::vector<Start>& starts) {
                    [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
 }
 
+// Of walls in nearly the same direction the most promising one.
+void keep_apart(std::vector<Start>& starts) {
+  std::vector<Start> kept;
+  for (Start& start : starts) {
+    const double towards_deg = start.hypothesis.effects.back().towards_deg();
+    if (std::none_of(kept.begin(), kept.end(), [&](const Start& other) {
+          const double apart_deg = towards_deg - other.hypothesis.effects.back().towards_deg();
+          return std::abs(wrap_angle(apart_deg * kDegree)) < kApart_deg * kDegree;
+        }))
+      kept.push_back(std::move(start));
+  }
+  starts = std::move(kept);
+}
+
 void sort(std::vector<Comparison::Promise>& promises) {
   std::stable_sort(promises.begin(), promises.end(), [](const Comparison::Promise& a, const Comparison::Promise& b) {
     return a.starts.front().log_evidence > b.starts.front().log_evidence;
@@ -297,8 +327,8 @@ Comparison::Comparison(Campaign& campaign, const FittedNull& null, const Compari
   all_.push_back(std::move(none));
 }
 
-std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::size_t count,
-                                                      std::vector<std::string>* unexcited, std::vector<Start>* pair) {
+std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::vector<std::string>* unexcited,
+                                                      std::vector<Start>* pair) {
   const FittedNull& fit = all_[from].fit;
   const std::set<std::string> present = name_set(all_[from].hypothesis);
   std::vector<Candidate> candidates;
@@ -351,17 +381,17 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::siz
       }
   }
   sort(result);
-  if (result.size() > count) result.resize(count);
   return result;
 }
 
-std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from, bool acts_at_times) {
+std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from, const std::vector<Interval>& events) {
+  const bool acts_at_times = !events.empty();
   const std::set<std::string> present = name_set(all_[from].hypothesis);
   std::vector<Promise> result;
   for (const std::string effect : {"bank", "mooring", "fender"}) {
     if (present.contains(effect) || (effect == "fender" && !acts_at_times)) continue;
     std::vector<Candidate> candidates;
-    for (const FreeEffect::Choice& choice : places_of(effect, campaign_))
+    for (const FreeEffect::Choice& choice : places_of(effect, campaign_, events))
       for (Candidate& candidate : candidates_of(effect, campaign_.ship, {choice}))
         candidates.push_back(std::move(candidate));
     if (candidates.empty()) continue;
@@ -372,8 +402,15 @@ std::vector<Comparison::Promise> Comparison::promises_of_places(std::size_t from
     const EffectScreen screen = screen_of(from, candidates, screen_options);
     result.push_back({effect, {}, 0.0});
     Promise& promise = result.back();
-    for (std::size_t c = 0; c < candidates.size(); ++c) promise.starts.push_back(screen.start({c}));
+    for (std::size_t c = 0; c < candidates.size(); ++c)  // but those that the ship does not reach
+      if (std::abs(screen.log_evidence({c}) - screen.log_evidence({})) > kUnexcited)
+        promise.starts.push_back(screen.start({c}));
+    if (promise.starts.empty()) {
+      result.pop_back();
+      continue;
+    }
     sort(promise.starts);
+    if (effect != "mooring") keep_apart(promise.starts);
     promise.gain = promise.starts.front().log_evidence - screen.log_evidence({});
   }
   sort(result);
@@ -583,7 +620,8 @@ void Comparison::mend_tugs(Fitted& fitted) {
   }
 }
 
-std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<Start>& starts) {
+std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<Start>& starts,
+                                           std::size_t most_starts) {
   if (starts.empty()) return std::nullopt;
   const std::set<std::string> names = name_set(starts.front().hypothesis);
   for (std::size_t i = 0; i < all_.size(); ++i)
@@ -601,7 +639,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
     }
   };
   std::optional<Fitted> best;
-  for (std::size_t i = 0; i < std::min<std::size_t>(2, starts.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(most_starts, starts.size()); ++i) {
     if (starts[i].log_evidence < starts.front().log_evidence - kLessPromising) break;
     if (auto fitted = fitted_from(starts[i]); fitted && (!best || fitted->log_evidence > best->log_evidence))
       best = std::move(fitted);
@@ -654,6 +692,31 @@ bool Comparison::go_on(Fitted& fitted, bool anew) {
       if (gained < kSettled) break;
     }
   return fitted.log_evidence > before + kSettled;
+}
+
+bool Comparison::settle_none(std::size_t from) {
+  if (campaign_.points() > kFewPoints) return false;
+  const Fitted& other = all_[from];
+  Fitted none = all_.front();
+  none.fit.noise = other.fit.noise;
+  none.fit.event_scale = other.fit.event_scale;
+  const Eigen::Index coefficients = none.fit.theta.size() - 1;
+  Eigen::VectorXd theta = none.fit.theta;
+  theta.head(coefficients) = other.fit.theta.head(coefficients);
+  theta[coefficients] = other.fit.theta[other.fit.theta.size() - 1];
+  try {
+    none.fit = fit_with(campaign_, none.fit, none.hypothesis, theta, fit_options_);
+  } catch (const NumericalError&) {
+    return false;
+  }
+  settle_tolerance(none);
+  if (none.log_evidence < all_.front().log_evidence + kElsewhere) return false;
+  all_.clear();
+  screened_.clear();
+  all_.push_back(std::move(none));
+  blocks_ = blocks_of(campaign_, all_.front().fit, all_.front().fit.noise, {0, nullptr}, options_.jobs);
+  all_.front().fold_evidence = fold_evidence(all_.front().fit, blocks_, folds_);
+  return true;
 }
 
 void Comparison::settle(std::size_t i) {
@@ -750,20 +813,9 @@ double Comparison::log_odds(std::size_t i) const {
 }
 
 std::vector<double> Comparison::probabilities() const {
-  // Tempered, ln of odds against nothing missing: the evidence counts for less, and with it what the choice of the
-  // place where it is largest costs; what was believed before counts whole.
-  const auto tempered = [](double log_odds, const Hypothesis& hypothesis) {
-    const double prior = log_prior(hypothesis, false) - log_prior({});
-    return (log_odds - prior) / kTemper + prior;
-  };
-  std::vector<double> result;
-  for (std::size_t i = 0; i < all_.size(); ++i) result.push_back(tempered(log_odds(i), all_[i].hypothesis));
-  const double largest = *std::max_element(result.begin(), result.end());
-  double sum = 0.0;
-  for (double& x : result) sum += x = std::exp(x - largest);
   // Effects that promised too little to be fitted beside a hypothesis share in it as well; likelier hypotheses than
   // were screened are as likely to lack another effect that does not show.
-  const auto unseen_beside = [&](std::size_t from) {
+  const auto unseen_beside = [&](std::size_t from, double temper) {
     double share = 0.0;
     const auto screened = screened_.find(from);
     if (screened == screened_.end()) return share;
@@ -774,13 +826,30 @@ std::vector<double> Comparison::probabilities() const {
                       [&](const Fitted& fitted) { return name_set(fitted.hypothesis) == name_set(more); }))
         continue;
       // One linear step exaggerates: a promise alone makes nothing likelier than without it.
-      share += std::exp(std::min(gain, 0.0) / kTemper + log_prior(more) - log_prior(all_[from].hypothesis));
+      share += std::exp(std::min(gain, 0.0) / temper + log_prior(more) - log_prior(all_[from].hypothesis));
     }
     return share;
   };
-  sum += unseen_beside(0) * result.front();
-  if (screened_.size() > 1) sum += unseen_beside(screened_.rbegin()->first) * (sum - result.front());
-  for (double& x : result) x /= sum;
+  // Whether something is missing: the evidence counts whole.
+  std::vector<double> whole(all_.size());
+  for (std::size_t i = 1; i < all_.size(); ++i) whole[i] = log_odds(i);
+  const double most = *std::max_element(whole.begin(), whole.end());
+  double something = 0.0;
+  for (std::size_t i = 1; i < all_.size(); ++i) something += std::exp(whole[i] - most);
+  const double nothing = std::exp(-most), all = nothing * (1.0 + unseen_beside(0, 1.0)) + something;
+  // What it is: the evidence is tempered, and with it what the choice of the place where it is largest costs; what was
+  // believed before counts whole.
+  std::vector<double> tempered(all_.size(), -std::numeric_limits<double>::infinity());
+  for (std::size_t i = 1; i < all_.size(); ++i) {
+    const double prior = log_prior(all_[i].hypothesis, false) - log_prior({});
+    tempered[i] = (whole[i] - prior) / kTemper + prior;
+  }
+  const double largest = *std::max_element(tempered.begin(), tempered.end());
+  double sum = 0.0;
+  for (std::size_t i = 1; i < all_.size(); ++i) sum += tempered[i] = std::exp(tempered[i] - largest);
+  if (screened_.size() > 1) sum *= 1.0 + unseen_beside(screened_.rbegin()->first, kTemper);
+  std::vector<double> result{nothing / all};
+  for (std::size_t i = 1; i < all_.size(); ++i) result.push_back(something / all * tempered[i] / sum);
   return result;
 }
 
@@ -790,8 +859,9 @@ bool Comparison::holds(std::size_t better, std::size_t than, double p_value) con
   if (!(odds > 0.0) || !is_significant(all_[better])) return false;
   // What a coefficient could do as well, if it were far off what is stated, predicts no better: it is likelier alone.
   // Terms are likelier wherever forms of forces differ.
-  if (than == 0 && odds > kStrong && !name_set(all_[better].hypothesis).contains("unknown")) return sum > -kGainSd * sd;
-  const double least = p_value < rate * rate || odds > kStrongOdds ? 1.0 : kGainSd;
+  const bool has_strong_names = odds > kStrongOdds && !name_set(all_[better].hypothesis).contains("unknown");
+  if (than == 0 && odds > kStrong && has_strong_names) return sum > -kGainSd * sd;
+  const double least = has_strong_names ? 0.0 : p_value < rate * rate || odds > kStrongOdds ? 1.0 : kGainSd;
   return sum > 0.0 && sum > least * sd;
 }
 

@@ -45,15 +45,16 @@ class Comparison {
     std::vector<Start> starts;  ///< most promising first
     double gain = 0.0;          ///< of the evidence [nats]
   };
-  /// The most promising effects of the catalogue beside those of `from`. A screen about the fit without them would miss
-  /// those that the parameters imitate, and so have left.
+  /// What the effects of the catalogue promise beside those of `from`, the most promising first. A screen about the fit
+  /// without them would miss those that the parameters imitate, and so have left.
   ///   unexcited  takes the names of those that change nothing
   ///   pair       takes the start of the most promising pair of them
-  std::vector<Promise> promises(std::size_t from, std::size_t count, std::vector<std::string>* unexcited = nullptr,
+  std::vector<Promise> promises(std::size_t from, std::vector<std::string>* unexcited = nullptr,
                                 std::vector<Start>* pair = nullptr);
   /// The same for the effects that are bound to a place, which is sought about the tracks: bank, mooring, and where
   /// something acts at times, fender.
-  std::vector<Promise> promises_of_places(std::size_t from, bool acts_at_times);
+  ///   events  when something acts
+  std::vector<Promise> promises_of_places(std::size_t from, const std::vector<Interval>& events);
   /// The few terms of the effect `unknown`, at most three, that best explain what is left beside `from`, by one linear
   /// step: all sets among the most telling are compared. None where no set is worth its own number of ways.
   std::vector<Start> terms_beside(std::size_t from);
@@ -69,22 +70,28 @@ class Comparison {
   /// the rudders act no otherwise than they may have between samples, or than their angles are known, or is no
   /// more than another effect (a sheared current without shear), or, beside others, takes hardly any model error away:
   /// inputs between the samples make as much.
-  std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts);
+  ///   most_starts  from which it is fitted, the most promising first
+  std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts, std::size_t most_starts = 2);
 
   /// Goes on with a fit as long as it gains: it is what others are compared to.
   void settle(std::size_t i);
+  /// Fits nothing missing once more from the noise, events and coefficients of another fit: there are several places to
+  /// rest. Whether it found a better one: then all other hypotheses are forgotten. Not tried of long campaigns, to save
+  /// time.
+  bool settle_none(std::size_t from);
 
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
   std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
   /// ln of the posterior odds against nothing missing. Correlation between blocks takes from all evidence what it takes
   /// from that of the likeliest.
   double log_odds(std::size_t i) const;
-  /// Of all that were fitted, tempered; what is missing to 1 is shared by the single effects that were screened alone.
+  /// Of all that were fitted; between those that lack something tempered. What is missing to 1 is shared by the single
+  /// effects that were screened alone.
   std::vector<double> probabilities() const;
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
   /// is more than nothing.
-  ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough; so it is
-  ///            where the evidence is strong
+  ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough; where
+  ///            the evidence for a name is strong, none is needed
   bool holds(std::size_t better, std::size_t than, double p_value) const;
 
  private:

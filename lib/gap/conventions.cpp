@@ -22,6 +22,7 @@ namespace {
 // the error shrinks by the ratio: kinematics know no parameters, forces do.
 constexpr double kUnexplainedTurn = 0.7;  // share of what the heading turned that a yaw rate may leave
 constexpr double kDecisive = 10.0, kCertain = 3.0, kKinematicRatio = 2.0, kForceRatio = 1.3;
+constexpr double kLikeOthers = 2.0;  // times their error: what is left where one recording is read rightly
 constexpr double kOddOne = 6.0, kOddOneRatio = 1.5;  // of one recording where all others read as stated
 constexpr double kAgainstPlain = 5.0;                // log-odds against a plain error of the force,
 constexpr double kAbsentRatio = 1.15;                // against no force at all
@@ -495,6 +496,20 @@ class ForceCheck {
   Vec3<double> spread_ = Vec3<double>::Ones();
 };
 
+// Root mean square of the errors of one recording, in units of its own typical changes; none where it is too short.
+std::optional<double> typical_force_error(const Ship& ship, const Trajectory& recording) {
+  const ForceCheck check(ship, {recording});
+  double sum = 0.0, count = 0.0;
+  for (const WindowError& error : check.errors({recording}))
+    if (error.allFinite()) sum += error.squaredNorm(), count += static_cast<double>(error.size());
+  return count > 0.0 ? std::optional(std::sqrt(sum / count)) : std::nullopt;
+}
+
+bool is_judged_by_forces(std::string_view channel) {
+  constexpr std::array kKinematic{"psi", "x0", "y0", "u", "vm", "r"};
+  return std::find(kKinematic.begin(), kKinematic.end(), channel) == kKinematic.end();
+}
+
 // The force that a channel's input makes times `gain`, about as a wrong coefficient would have it.
 void with_gain(Trajectory& recording, std::string_view channel, double gain) {
   if (channel.starts_with("delta"))
@@ -509,6 +524,16 @@ void with_gain(Trajectory& recording, std::string_view channel, double gain) {
     for (const Channel speed : {Channel::wind_speed, Channel::app_wind_speed}) scale(recording, speed, std::sqrt(gain));
 }
 
+double largest_rudder_angle(const std::vector<Trajectory>& recordings) {
+  double largest = 0.0;
+  for (const Trajectory& t : recordings)
+    for (const Channel rudder : {Channel::delta, Channel::delta_p, Channel::delta_s})
+      if (t.has(rudder))
+        for (const double angle : t[rudder])
+          if (std::abs(angle) > largest) largest = std::abs(angle);
+  return largest;
+}
+
 // Whether a reading changes these recordings, and concerns what the ship's forces need.
 bool concerns_forces(const ReadingEntry& entry, const Ship& ship, const std::vector<Trajectory>& recordings,
                      bool wind_is_settled, bool velocities_are_settled) {
@@ -520,14 +545,10 @@ bool concerns_forces(const ReadingEntry& entry, const Ship& ship, const std::vec
     if (channel == "wind") return has_true != has_apparent;
     return channel.starts_with("app_") ? has_apparent && !has_true : has_true;
   }
-  if (channel == "delta" && entry.name == "radians") {  // only angles that a rudder can have
-    for (const Trajectory& t : recordings)
-      for (const Channel rudder : {Channel::delta, Channel::delta_p, Channel::delta_s})
-        if (t.has(rudder))
-          for (const double angle : t[rudder])
-            if (std::abs(angle) * kToDegrees > kPi) return false;
-    return true;
-  }
+  if (channel == "delta" && entry.name == "radians")  // only angles that a rudder can have
+    return largest_rudder_angle(recordings) * kToDegrees <= kPi;
+  if (channel == "delta" && entry.name == "degrees")  // only angles that no rudder has
+    return largest_rudder_angle(recordings) > kPi;
   if (channel == "delta") return true;
   if (channel == "vm" || channel == "r") return !velocities_are_settled;
   for (const Channel actuator : {Channel::delta_p, Channel::delta_s, Channel::n_p, Channel::n_bt, Channel::n_st})
@@ -661,12 +682,26 @@ std::vector<Reading> contradicted_in_one(const Ship& ship, const std::vector<Tra
       if (known.channel == reading.channel && known.name == reading.name) return known.log_odds;
     return 0.0;
   };
+  const auto is_read_by_all = [&](std::size_t i) { return reread(recordings[i], of_all.contradicted); };
+  // Strong forces that the model lacks are imitated by a reading that weakens an actuator; a right one leaves an error
+  // as in the other recordings.
+  const auto is_mended = [&](std::size_t i, const Reading& by) {
+    std::vector<double> others;
+    for (std::size_t j = 0; j < recordings.size(); ++j)
+      if (const auto error = typical_force_error(ship, is_read_by_all(j)); j != i && error) others.push_back(*error);
+    const auto error = typical_force_error(ship, reread(is_read_by_all(i), {by}));
+    if (others.empty() || !error) return true;
+    const auto middle = others.begin() + static_cast<std::ptrdiff_t>(others.size() / 2);
+    std::nth_element(others.begin(), middle, others.end());
+    return *error < kLikeOthers * *middle;
+  };
   std::vector<std::optional<Reading>> found(recordings.size());
   parallel_for(recordings.size(), jobs, [&](std::size_t i) {
-    const std::vector<Reading> tested = check_conventions(ship, {reread(recordings[i], of_all.contradicted)}).tested;
+    const std::vector<Reading> tested = check_conventions(ship, {is_read_by_all(i)}).tested;
     if (tested.empty()) return;
     const Reading& best = tested.front();
-    if (best.log_odds > kOddOne && best.error_ratio > kOddOneRatio && odds_of_all(best) - best.log_odds < -kDecisive)
+    if (best.log_odds > kOddOne && best.error_ratio > kOddOneRatio && odds_of_all(best) - best.log_odds < -kDecisive &&
+        (!is_judged_by_forces(best.channel) || is_mended(i, best)))
       found[i] = best;
   });
   std::vector<Reading> result;

@@ -13,11 +13,21 @@ constexpr std::size_t kNextRefitted = 4;  // beside what was chosen
 constexpr double kHopeless = 0.5;         // of the evidence that was gained: what promises less is not fitted any more,
 constexpr double kHopelessOfPlaces = 0.8;  // they are many, and a step towards the best of many promises too much
 constexpr double kFarBehind = 20.0;        // if it is so many nats behind
-constexpr double kPairGain = 10.0;         // nats by which a pair must promise more than one effect
+constexpr double kFarBehindOfLookAlikes = 40.0;
+constexpr double kClose = 3.0;  // nats of posterior odds
+constexpr std::size_t kStartsOfPlaces = 4;
+constexpr double kPairGain = 10.0;  // nats by which a pair must promise more than one effect
 constexpr std::size_t kMostTugs = 8;
 constexpr double kOfPlaces = 5.0;      // nats for a residual that depends on the position: walls and lines are tried
 constexpr double kStrongTerms = 10.0;  // nats of posterior odds for terms of the unknown: another form gains up to 8
 constexpr double kNegligible = 0.05;   // of the evidence of what is named: -ln p of what is left is not worth a word
+
+bool are_look_alikes(const std::string& a, const std::string& b) {
+  const auto names = [](const std::string& effect, const std::string& other) {
+    return effect_named(effect).info.look_alikes.find(other) != std::string_view::npos;
+  };
+  return names(a, b) || names(b, a);
+}
 
 // What is left beside a hypothesis: effects of the catalogue around its fit, and intervals.
 struct Left {
@@ -68,14 +78,8 @@ class Selector {
   }
 
   Selection run() {
-    fit_singles_and_pair();
-    if (is_searched_) fit_others();
-    fit_terms();
-    if (!is_searched_ && comparison_.log_odds(likeliest_) > kStrongTerms) {
-      is_searched_ = true;
-      fit_singles_and_pair();
-      fit_others();
-    }
+    fit_all();
+    if (likeliest_ != 0 && comparison_.settle_none(likeliest_)) fit_all();
     take_likeliest();
     take_more();
     take_terms();
@@ -84,6 +88,18 @@ class Selector {
   }
 
  private:
+  void fit_all() {
+    likeliest_ = 0;
+    selection_.unexcited.clear();
+    fit_singles_and_pair();
+    if (is_searched_) fit_others();
+    fit_terms();
+    if (!is_searched_ && comparison_.log_odds(likeliest_) > kStrongTerms) {
+      is_searched_ = true;
+      fit_singles_and_pair();
+      fit_others();
+    }
+  }
   void progress(double done, const std::string& note) const {
     if (options_.locate.progress) options_.locate.progress(done, note);
   }
@@ -105,11 +121,11 @@ class Selector {
   }
 
   /// Fitted is one by one, until what comes next promises far less than what was found.
-  bool is_hopeless(double promised, std::optional<std::size_t> found, std::size_t beside,
-                   double share = kHopeless) const {
+  bool is_hopeless(double promised, std::optional<std::size_t> found, std::size_t beside, double share = kHopeless,
+                   double far_behind = kFarBehind) const {
     if (!found) return false;
     const double gained = evidence(*found) - evidence(beside);
-    return promised < share * gained && promised < gained - kFarBehind;
+    return promised < share * gained && promised < gained - far_behind;
   }
 
   /// A tug is sought in the interval where it was.
@@ -133,11 +149,12 @@ class Selector {
 
   void fit_singles_and_pair() {
     std::vector<Start> pair;
-    const auto first = comparison_.promises(0, is_searched_ ? options_.refitted : kAlwaysRefitted,
-                                            &selection_.unexcited, is_searched_ ? &pair : nullptr);
-    for (std::size_t i = 0; i < first.size(); ++i) {
+    promised_ = comparison_.promises(0, &selection_.unexcited, is_searched_ ? &pair : nullptr);
+    const std::vector<Comparison::Promise>& first = promised_;
+    const std::size_t most = std::min(first.size(), is_searched_ ? options_.refitted : kAlwaysRefitted);
+    for (std::size_t i = 0; i < most; ++i) {
       if (i >= kAlwaysRefitted && is_hopeless(first[i].gain, likeliest_, 0)) break;
-      progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(first.size()), "fit with " + first[i].effect);
+      progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(most), "fit with " + first[i].effect);
       better(comparison_.add(0, first[i].starts));
     }
     if (!pair.empty() && !first.empty() &&
@@ -151,17 +168,33 @@ class Selector {
   void fit_others() {
     // What surely acts, acts at times, or goes with the position, may be bound to a place.
     const Located& located = findings_.located;
-    const bool acts_at_times =
-        !located.intervals.empty() && located.intervals.front().p_value < options_.locate.false_alarm;
-    if (acts_at_times || errs_grossly(findings_.fit) || findings_.detection.p_value < surely(options_) ||
+    std::vector<Interval> events;
+    for (const Interval& interval : located.intervals)
+      if (interval.p_value < options_.locate.false_alarm) events.push_back(interval);
+    if (!events.empty() || errs_grossly(findings_.fit) || findings_.detection.p_value < surely(options_) ||
         std::any_of(located.frames.begin(), located.frames.end(),
                     [](const Frame& frame) { return frame.name == "position" && frame.log_evidence > kOfPlaces; })) {
       progress(0.73, "banks, fenders, moorings");
-      for (const auto& promise : comparison_.promises_of_places(0, acts_at_times))
-        if (!is_hopeless(promise.gain, likeliest_, 0, kHopelessOfPlaces)) better(comparison_.add(0, promise.starts));
+      for (const auto& promise : comparison_.promises_of_places(0, events))
+        if (!is_hopeless(promise.gain, likeliest_, 0, kHopelessOfPlaces))
+          better(comparison_.add(0, promise.starts, kStartsOfPlaces));
     }
     if (std::vector<Interval> intervals = strongest_by_recording(); !intervals.empty())
       better(add_tugs(0, std::move(intervals)));
+    fit_look_alikes();
+  }
+
+  /// One step promises too little of what gains by another model error: what the likeliest is said to look like is
+  /// tried as well.
+  void fit_look_alikes() {
+    for (std::size_t of = 0; of != likeliest_;) {
+      of = likeliest_;
+      const std::vector<std::string> names = hypothesis(of).names();
+      for (const auto& promise : promised_)
+        if (names.size() == 1 && are_look_alikes(names.front(), promise.effect) &&
+            !is_hopeless(promise.gain, of, 0, kHopeless, kFarBehindOfLookAlikes))
+          better(comparison_.add(0, promise.starts));
+    }
   }
 
   void fit_terms() {
@@ -169,8 +202,19 @@ class Selector {
     better(comparison_.add(0, comparison_.terms_beside(0)));
   }
 
+  /// Those that are about as likely as the likeliest are compared where none gains any more.
+  void settle_the_likeliest() {
+    std::vector<std::size_t> close;
+    if (likeliest_ == 0) return;
+    for (std::size_t i = 1; i < comparison_.all().size(); ++i)
+      if (comparison_.log_odds(i) > comparison_.log_odds(likeliest_) - kClose) close.push_back(i);
+    if (close.size() < 2) return;
+    for (const std::size_t i : close) comparison_.settle(i);
+  }
+
   /// Of all, the one that will be stated as likeliest, if it predicts better what was left out.
   void take_likeliest() {
+    settle_the_likeliest();
     selection_.stated = comparison_.probabilities();
     const std::vector<double>& stated = selection_.stated;
     const double p_value = findings_.detection.p_value;
@@ -209,7 +253,9 @@ class Selector {
       // A p-value is against everything that may be left; one effect can be certain where that is not small.
       const bool is_left = left_p < options_.locate.false_alarm;
       std::optional<std::size_t> next;
-      for (const auto& promise : comparison_.promises(chosen, kNextRefitted)) {
+      auto promised = comparison_.promises(chosen);
+      promised.resize(std::min(promised.size(), kNextRefitted));
+      for (const auto& promise : promised) {
         if (is_hopeless(promise.gain, next, chosen) || (!is_left && promise.gain < kStrong)) break;
         if (const auto added = comparison_.add(chosen, promise.starts))
           if (!next || evidence(*added) > evidence(*next)) next = added;
@@ -270,7 +316,8 @@ class Selector {
   const GapExplainOptions& options_;
   bool is_searched_;  // not only a few, to tell that nothing is likelier than them
   std::size_t likeliest_ = 0;
-  std::vector<Interval> tugs_;  ///< where they were sought
+  std::vector<Comparison::Promise> promised_;  ///< of single effects
+  std::vector<Interval> tugs_;                 ///< where they were sought
   Selection selection_;
 };
 

@@ -159,6 +159,34 @@ TEST_CASE("conventions: one recording among others is named, and it alone is rea
   CHECK(reread(recordings[1], found)[Channel::delta] != recordings[1][Channel::delta]);
 }
 
+TEST_CASE("conventions: strong forces that the model lacks in one recording are no reading of it",
+          "[gap][conventions]") {
+  const Ship ship = read_ship("vectwin-3m");
+  Ship truth = ship;
+  EffectEntry& interaction = truth.effects.emplace_back();
+  interaction.type = "vectwin-interaction";
+  interaction.parameters = {{"k_interaction", 0.9}};
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+    std::vector<Trajectory> recordings = recorded({.seed = seed, .recordings = 4}, ship);
+    recordings[0] = recorded({.seed = seed, .recordings = 4}, truth)[0];
+    for (const Reading& reading : contradicted_in_one(ship, recordings, check_conventions(ship, recordings), 2))
+      FAIL_CHECK(seed << ": " << reading.sentence);
+  }
+}
+
+TEST_CASE("conventions: angles that rudders have are not tried as degrees labeled rad", "[gap][conventions]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  std::vector<Trajectory> recordings = recorded({.ship = "esso-osaka-3m", .seed = 12, .recordings = 2}, ship);
+  const auto tries_degrees = [&] {
+    const Conventions result = check_conventions(ship, recordings);
+    return std::any_of(result.tested.begin(), result.tested.end(),
+                       [](const Reading& r) { return r.channel == "delta" && r.name == "degrees"; });
+  };
+  CHECK_FALSE(tries_degrees());
+  for (Trajectory& recording : recordings) scale(recording, kRudders, 1.0 / kDegree);
+  CHECK(tries_degrees());
+}
+
 TEST_CASE("conventions: one rudder of two, and a thruster, can be the one that is reversed", "[gap][conventions]") {
   const Ship truth = read_ship("vectwin-3m"), wrong_ship = perturbed_ship("vectwin-3m", 0.1, 5);
   const std::vector<Trajectory> right = recorded({.seed = 17, .recordings = 16}, truth);

@@ -28,6 +28,16 @@ EffectEntry effect(std::string type, std::vector<std::pair<std::string, std::opt
   return {std::move(type), std::move(parameters), "ship.json", "/effects/0"};
 }
 
+// How far the tracks reach in a direction [m].
+double farthest_towards(double direction_deg, const std::vector<Trajectory>& tracks) {
+  const double along_x = std::cos(direction_deg * kDegree), along_y = std::sin(direction_deg * kDegree);
+  double farthest = -std::numeric_limits<double>::infinity();
+  for (const Trajectory& run : tracks)
+    for (std::size_t i = 0; i < run.size(); ++i)
+      farthest = std::max(farthest, along_x * run[Channel::x0][i] + along_y * run[Channel::y0][i]);
+  return farthest;
+}
+
 const gap::Explained& found(const gap::Explanation& explanation, const std::string& name) {
   for (const gap::Explained& hypothesis : explanation.hypotheses)
     if (hypothesis.name == name) return hypothesis;
@@ -249,12 +259,7 @@ TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[ga
   const Ship stated = read_ship("esso-osaka-3m");
   const test::Campaign campaign{"esso-osaka-3m", 61, 3, 200.0, 1.0, 0.0};
   // Where some hull goes farthest in a direction that is none of those that are tried, 0.3 m before that.
-  const double direction_deg = 97.0, along_x = std::cos(direction_deg * kDegree),
-               along_y = std::sin(direction_deg * kDegree);
-  double farthest = -1e9;
-  for (const Trajectory& run : test::fine_truth(campaign, truth))
-    for (std::size_t i = 0; i < run.size(); ++i)
-      farthest = std::max(farthest, along_x * run[Channel::x0][i] + along_y * run[Channel::y0][i]);
+  const double direction_deg = 97.0, farthest = farthest_towards(direction_deg, test::fine_truth(campaign, truth));
   const double wall_m = farthest - 0.3;
   truth.effects.push_back(
       effect("fender", {{"wall_distance_m", wall_m}, {"wall_direction_deg", direction_deg}, {"stiffness_npm", 200.0}}));
@@ -269,6 +274,23 @@ TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[ga
       CHECK(std::abs(p.estimate - direction_deg) < 8.0 * p.sd);  // the sd is not of a wall that leaves the hull
     }
     if (p.name == "stiffness_npm") CHECK(p.estimate == Approx(200.0).epsilon(0.2));
+  }
+}
+
+TEST_CASE("gap-explain: a bank that is passed once is found where it is", "[gap][long]") {
+  Ship truth = test::perturbed_ship("vectwin-3m", 0.05, 4);
+  const test::Campaign campaign{"vectwin-3m", 61, 3, 200.0, 1.0, 0.0};
+  const double direction_deg = 32.0, farthest = farthest_towards(direction_deg, test::fine_truth(campaign, truth));
+  truth.effects.push_back(effect(
+      "bank",
+      {{"wall_distance_m", farthest + 1.0}, {"wall_direction_deg", direction_deg}, {"C_Y", 0.5}, {"C_N", 0.08}}));
+  std::vector<Trajectory> recordings = test::recorded(campaign, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(read_ship("vectwin-3m"), recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"bank"});
+  for (const gap::ExplainedParameter& p : found(explanation, "bank").parameters) {
+    CAPTURE(p.name, p.estimate, p.sd);
+    if (p.name == "wall_distance_m") CHECK(p.estimate == Approx(farthest + 1.0).margin(1.5));
+    if (p.name == "wall_direction_deg") CHECK(p.estimate == Approx(direction_deg).margin(4.0));
   }
 }
 
