@@ -207,7 +207,8 @@ std::string runs_csv(const SweepResult& result, const Ship& ship) {
   std::size_t rudders = 0;
   for (const Actuator& a : ship.actuators)
     if (a.is_rudder()) {
-      text += "," + column_name(a.channel);
+      text += ',';
+      text += column_name(a.channel);
       ++rudders;
     }
   text += '\n';

@@ -15,6 +15,7 @@ struct ActuatorDelay {
           "a shift in time of the recorded angle; nothing where the angles are measured at the stock without delay",
       .look_alikes = "actuator-rate, actuator-lag, added-mass (J_z)",
       .separating_maneuver = "rudder steps and ramps of two sizes",
+      .formula_sd = 0.0,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"delay_s", "time by which the rudders act later", 0.0, kNone, 0.0, 1e4, uniform(0.0, 3.0), uniform(0.0, 10.0)},

@@ -16,6 +16,7 @@ struct ActuatorLag {
           "ours",
       .look_alikes = "actuator-delay, actuator-rate, added-mass (J_z)",
       .separating_maneuver = "rudder steps, which a lag rounds and a delay only shifts, of two sizes",
+      .formula_sd = 0.0,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"lag_s", "time constant", 0.0, kNone, 0.0, 1e4, uniform(0.0, 3.0), uniform(0.0, 10.0)},

@@ -18,6 +18,7 @@ struct ActuatorRate {
           "28 s), by the root of the length at 3 m",
       .look_alikes = "actuator-lag, actuator-delay",
       .separating_maneuver = "large rudder steps beside small ones: small steps are not slowed",
+      .formula_sd = 0.0,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"rate_degps", "fastest rate of the rudders; null: as recorded", kNone, kNone, 1e-3, kUnbounded,

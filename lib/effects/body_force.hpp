@@ -14,6 +14,7 @@ struct BodyForce {
       .source = "generic: a competitor that a specific name has to beat",
       .look_alikes = "rudder-offset, propeller-walk, bank",
       .separating_maneuver = "other revolutions and speeds",
+      .formula_sd = 0.0,
   };
   static constexpr std::array<EffectParameter, 3> parameters{{
       {"X_N", "force ahead", 0.0, 0.0, -kUnbounded, kUnbounded, normal(0.0, 0.25, -10.0, 10.0),

@@ -67,6 +67,9 @@ struct EffectInfo {
   std::string_view sentence;      ///< what it is, to a person
   std::string_view formula, source;
   std::string_view look_alikes, separating_maneuver;
+  /// How well the formula itself is known, relative: intervals of strengths and directions have it besides (ours:
+  /// authors' formulas for one thing differ by as much and more).
+  double formula_sd = 0.1;
 };
 
 /// What effects may change when the model is made.

@@ -15,6 +15,7 @@ struct RudderOffset {
       .source = "a shift of the recorded angle",
       .look_alikes = "body-force, propeller-walk",
       .separating_maneuver = "other revolutions at rudder amidships, coasting; wide movements of the rudders",
+      .formula_sd = 0.0,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"rudder_offset_deg", "added to each rudder angle", 0.0, kNone, -180.0, 180.0, normal(0.0, 1.0, -6.0, 6.0),

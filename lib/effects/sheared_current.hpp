@@ -20,6 +20,7 @@ struct ShearedCurrent {
           "Engineering 38, here along the hull alone and without the gradient's part in the added-mass terms (ours)",
       .look_alikes = "bank, steady-current where few places were visited",
       .separating_maneuver = "crossing the shear twice, in both directions",
+      .formula_sd = 0.0,
   };
   static constexpr Prior kGradient3 = normal(0.0, 0.005, -0.05, 0.05), kGradient150 = normal(0.0, 7e-4, -7e-3, 7e-3);
   static constexpr std::array<EffectParameter, 6> parameters{{

@@ -15,6 +15,7 @@ struct Tug {
       .source = "statics",
       .look_alikes = "bank, mooring, fender, a gust",
       .separating_maneuver = "none is needed: it begins and ends, and its line of action passes through the bitts",
+      .formula_sd = 0.0,
   };
   static constexpr std::array<EffectParameter, 6> parameters{{
       {"force_N", "force on the ship", 0.0, kNone, -kUnbounded, kUnbounded, log_normal(0.5, 1.0, 0.0, 10.0),

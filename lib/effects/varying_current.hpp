@@ -19,6 +19,7 @@ struct VaryingCurrent {
           "spectral form of the process (ours): smooth, so that dV/dt exists; equations of motion as steady-current",
       .look_alikes = "steady-current, unmeasured-wind, a drifting sensor bias",
       .separating_maneuver = "the same maneuver at another time",
+      .formula_sd = 0.0,
   };
   static constexpr std::array<EffectParameter, 3> parameters{{
       {"current_sd_mps", "standard deviation of each component of the velocity", 0.0, kNone, 0.0, kUnbounded,

@@ -50,7 +50,8 @@ Explained told(const Fitted& fitted, const Fitted& none, const Campaign& campaig
       // What was believed before any recording was seen.
       const std::vector<FreeEffect::Parameter> before =
           effect.parameters(Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Identity(n, n));
-      const std::vector<FreeEffect::Parameter> after = effect.parameters(at, spread);
+      const Eigen::MatrixXd of_formula = effect.sd_of_formula(at).cwiseAbs2().asDiagonal();
+      const std::vector<FreeEffect::Parameter> after = effect.parameters(at, spread + of_formula);
       for (std::size_t i = 0; i < after.size(); ++i) {
         const FreeEffect::Parameter& p = after[i];
         ExplainedParameter one{effect.name(), p.name, recording,     p.estimate,    p.sd,

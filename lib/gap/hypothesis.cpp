@@ -214,6 +214,27 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
   return result;
 }
 
+Eigen::VectorXd FreeEffect::sd_of_formula(const Eigen::VectorXd& z) const {
+  const double share = effect_named(name_).info.formula_sd;
+  Eigen::VectorXd sd = Eigen::VectorXd::Zero(size());
+  Eigen::Index at = 0;
+  for (const Coordinate& c : coordinates_) {
+    if (c.is_vector()) {
+      sd.segment<2>(at).setConstant(share * z.segment<2>(at).norm());
+      at += 2;
+      continue;
+    }
+    if (is_direction(c.prior))
+      sd[at] = share / kDegree / kDirectionUnit_deg;
+    else if (c.prior.kind == Prior::Kind::log_normal)
+      sd[at] = share / c.prior.sd;
+    else if (c.prior.kind == Prior::Kind::normal)
+      sd[at] = share * std::abs(value_of(c, z[at])) / c.prior.sd;
+    ++at;
+  }
+  return sd;
+}
+
 Eigen::Index Hypothesis::size() const {
   Eigen::Index n = 0;
   for (const FreeEffect& effect : effects) n += effect.size();

@@ -69,6 +69,8 @@ class FreeEffect {
     double estimate = 0.0, sd = 0.0, low = 0.0, high = 0.0;
   };
   std::vector<Parameter> parameters(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const;
+  /// Standard deviation of strengths and directions in z by the error of the effect's formula; places have none.
+  Eigen::VectorXd sd_of_formula(const Eigen::VectorXd& z) const;
 
  private:
   struct Coordinate {

@@ -93,7 +93,8 @@ struct BlockEvidence {
 BlockEvidence block_evidence(const Campaign& campaign, const FittedNull& fit, const std::vector<Module>& modules,
                              std::size_t jobs) {
   Noise noise = fit.noise;
-  noise.knows_events = noise.knows_spread = false;
+  noise.knows_events = false;
+  noise.knows_spread = !campaign.ensemble;
   BlockEvidence result;
   result.kinds = 3 + static_cast<int>(modules.size());
   const auto least = static_cast<std::size_t>(std::ceil(10.0 * campaign.time_scale() / campaign.step_s));

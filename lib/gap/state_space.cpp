@@ -184,9 +184,14 @@ namespace {
 // Derivatives of advance(). By the state and the wind's error: by automatic differentiation through the Runge-Kutta
 // steps. By theta, of which there are many: those of the acceleration in the middle of each substep, carried to its end
 // (midpoint rule), which is about a hundredth off. A kick's are exact.
+// Where the model switches within a tenth of the speed, as a rudder's inflow where the propeller begins to push, a
+// derivative knows nothing of when it does; there those by theta are slopes of chords over a tenth to both sides, and
+// what the switch changes is not certain.
 class Derivatives {
  public:
-  Derivatives(const Ship& ship, const Eigen::VectorXd& theta) : plain_(ship), by_state_(ship), theta_(theta) {
+  Derivatives(const Ship& ship, const Eigen::VectorXd& theta)
+      : ship_(ship), plain_(ship), by_state_(ship), theta_(theta) {
+    switching_ << 3e-5, 3e-5, 3e-5 / (0.25 * ship.particulars.L_pp);  // the same at any scale
     apply_uncertainty(plain_, theta);
     apply_uncertainty(by_state_, theta);
     for (Eigen::Index first = 0; first < theta.size(); first += kDirections) {
@@ -200,8 +205,45 @@ class Derivatives {
 
   const Model<double>& plain() const { return plain_; }
 
-  /// The end of the step; A and the part of G that is not the timing's are written.
+  /// The end of the step; A, spread and the part of G that is not the timing's are written.
   Vec6 advance(const StateVector& x, const std::vector<StepInputs<double>>& inputs, double h_s, LinearStep& step) {
+    const Vec6 end = advance(x, inputs, h_s, step, false);
+    step.spread = switched(x, with_error(inputs[inputs.size() / 2], Vec2<double>(x.tail<2>())).middle);
+    if ((step.spread.diagonal().cwiseSqrt().array() > switching_.array()).any()) advance(x, inputs, h_s, step, true);
+    return end;
+  }
+
+ private:
+  using ByState = ceres::Jet<double, kShipStates + 2>;
+  static constexpr int kDirections = 16;
+  using ByTheta = ceres::Jet<double, kDirections>;
+  static constexpr double kChord = 0.1;     // of the speed and of coefficients: about how well they are known
+  static constexpr double kTangent = 0.01;  // of the chord
+
+  // Covariance of the accelerations that a switch within a tenth of the speed changes, to one side: what the chord
+  // differs by from the tangent, to which curves add nothing up to the third order.
+  Mat3<double> switched(const StateVector& x, const Inputs<double>& in) const {
+    const ShipState<double> at = through_water(x.head<kShipStates>(), in.t_s);
+    const double chord = kChord * at.nu.head<2>().norm();
+    const auto slope = [&](double by) {
+      ShipState<double> less = at, more = at;
+      less.nu(0) -= by;
+      more.nu(0) += by;
+      return Vec3<double>((rate_of_change(plain_, more, in).nu - rate_of_change(plain_, less, in).nu) / (2.0 * by));
+    };
+    if (!(chord > 0.0)) return Mat3<double>::Zero();
+    const Vec3<double> half = chord * (slope(chord) - slope(kTangent * chord));
+    return 2.0 * half * half.transpose();  // all of it or nothing, as likely
+  }
+
+  ShipState<double> through_water(const Vec6& over_ground, double t_s) const {
+    ShipState<double> at{over_ground.head<3>(), over_ground.tail<3>()};
+    if (plain_.effects.moves_water()) at.nu -= water_velocity(plain_, at.eta, t_s);
+    return at;
+  }
+
+  Vec6 advance(const StateVector& x, const std::vector<StepInputs<double>>& inputs, double h_s, LinearStep& step,
+               bool by_chords) {
     Vec6 state = x.head<kShipStates>();
     auto G = step.G.leftCols(theta_.size());
     step.A.leftCols<kShipStates>().setIdentity();
@@ -231,7 +273,7 @@ class Derivatives {
       step.A = F.lazyProduct(step.A).eval();
       step.A.rightCols<2>() += W;
       if (&in != &inputs.front()) G = F.lazyProduct(G).eval();
-      find_acceleration_by_theta(0.5 * (begin + state), with_error(in, Vec2<double>(x.tail<2>())).middle);
+      find_acceleration_by_theta(0.5 * (begin + state), with_error(in, Vec2<double>(x.tail<2>())).middle, by_chords);
       Eigen::Matrix<double, kShipStates, 3> from_middle = 0.5 * h_s * F.rightCols<3>();
       from_middle.bottomRows<3>().diagonal().array() += 0.5 * h_s;
       G += from_middle.lazyProduct(acceleration_by_theta_);
@@ -240,14 +282,16 @@ class Derivatives {
     return state;
   }
 
- private:
-  using ByState = ceres::Jet<double, kShipStates + 2>;
-  static constexpr int kDirections = 16;
-  using ByTheta = ceres::Jet<double, kDirections>;
-
-  void find_acceleration_by_theta(const Vec6& over_ground, const Inputs<double>& in) {
-    ShipState<double> at{over_ground.head<3>(), over_ground.tail<3>()};
-    if (plain_.effects.moves_water()) at.nu -= water_velocity(plain_, at.eta, in.t_s);
+  void find_acceleration_by_theta(const Vec6& over_ground, const Inputs<double>& in, bool by_chords) {
+    const ShipState<double> at = through_water(over_ground, in.t_s);
+    if (by_chords) {
+      for (Eigen::Index j = 0; j < theta_.size(); ++j) {
+        const auto [less, more] = beside(j);
+        acceleration_by_theta_.col(j) =
+            (rate_of_change(more, at, in).nu - rate_of_change(less, at, in).nu) / (2.0 * kChord);
+      }
+      return;
+    }
     const ShipState<ByTheta> state{at.eta.cast<ByTheta>(), at.nu.cast<ByTheta>()};
     const Inputs<ByTheta> inputs{in.actuators.cast<ByTheta>(), in.true_wind.cast<ByTheta>(), in.t_s};
     for (std::size_t pass = 0; pass < by_theta_.size(); ++pass) {
@@ -259,8 +303,21 @@ class Derivatives {
     }
   }
 
+  // The model with a coefficient less and more.
+  std::pair<const Model<double>&, const Model<double>&> beside(Eigen::Index j) {
+    if (beside_.empty())
+      for (Eigen::Index i = 0; i < theta_.size(); ++i)
+        for (const double by : {-kChord, kChord})
+          apply_uncertainty(beside_.emplace_back(ship_),
+                            (theta_ + by * Eigen::VectorXd::Unit(theta_.size(), i)).eval());
+    return {beside_[static_cast<std::size_t>(2 * j)], beside_[static_cast<std::size_t>(2 * j + 1)]};
+  }
+
+  const Ship& ship_;
+  Vec3<double> switching_;  // accelerations from which on a step counts as one in which the model switches
   Model<double> plain_;
   Model<ByState> by_state_;
+  std::vector<Model<double>> beside_;     // two for each of theta, where they are needed
   std::vector<Model<ByTheta>> by_theta_;  // kDirections of theta each
   Eigen::VectorXd theta_;
   ByRow<3> acceleration_by_theta_;

@@ -14,7 +14,8 @@
 /// Measured are eta and nu with white noise. Around a path and parameters theta,
 ///   dx(k+1) = offset + A dx(k) + G dtheta + noise.
 /// Forces would be the wrong place for the error: a lighter ship would make it cheaper (docs/gap-locate.md).
-/// Where the simulator is an ensemble, the stationary covariance of w grows by that of its members' accelerations.
+/// Where the simulator is an ensemble, the stationary covariance of w grows by that of its members' accelerations;
+/// where a ship's model switches, by what nobody knows who does not know exactly when.
 namespace leeway::gap {
 
 inline constexpr int kStates = 11, kShipStates = 6, kErrorStart = 6, kWindStart = 9;
@@ -58,7 +59,9 @@ struct LinearStep {
   Vec6 offset;                                    ///< simulator's step from the path, less the path's next point
   Eigen::Matrix<double, kShipStates, kStates> A;  ///< by x(k)
   ByRow<kShipStates> G;                           ///< by theta
-  Mat3<double> spread = Mat3<double>::Zero();     ///< covariance of the members' accelerations, where an ensemble steps
+  /// Covariance of the accelerations of an ensemble's members; of a ship: of those that derivatives miss, where its
+  /// model switches.
+  Mat3<double> spread = Mat3<double>::Zero();
   double beyond = 0.0;  ///< farthest that an input lies beyond the training data, see EnsembleSimulator::beyond()
 };
 
@@ -87,7 +90,7 @@ struct Noise {
   /// is not known, and a straight line is wrong by up to a third of the time between.
   double timing_sd = 2.0;
   bool knows_events = true;  ///< whether LinearStretch::event_scale counts
-  bool knows_spread = true;  ///< whether what the members of an ensemble know counts: LinearStep::spread and beyond
+  bool knows_spread = true;  ///< whether LinearStep::spread and beyond count
 };
 
 /// The measurements as a path to start from: holes are bridged linearly and what is not recorded is zero (the heading:
@@ -95,7 +98,8 @@ struct Noise {
 std::vector<StateVector> measured_path(const Stretch& stretch);
 
 /// Derivatives along a given path, by automatic differentiation: by the state exactly, by theta within about a
-/// hundredth; those of an ensemble by differences, with theta the timing alone.
+/// hundredth, and slopes of chords where the model switches; those of an ensemble by differences, with theta the timing
+/// alone.
 LinearStretch linearize(const EnsembleSimulator& simulator, const Stretch& stretch, std::vector<StateVector> path,
                         const Eigen::VectorXd& theta);
 LinearStretch linearize(const Ship& ship, const Stretch& stretch, std::vector<StateVector> path,

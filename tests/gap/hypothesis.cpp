@@ -116,6 +116,18 @@ TEST_CASE("hypothesis: intervals of a speed and its direction", "[gap]") {
   CHECK(parameters[1].high == Approx(1.96 * 0.1 / kDegree).epsilon(0.06));
 }
 
+TEST_CASE("hypothesis: a formula that is a tenth off moves strengths and directions by as much", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const gap::FreeEffect waves("wave-drift", ship);  // (hs, wave_from)
+  const Eigen::VectorXd z = at({0.5, 0.2}), sd = waves.sd_of_formula(z);
+  REQUIRE(sd.size() == 2);
+  CHECK(waves.values(z + at({sd[0], 0.0}))[0] == Approx(std::exp(0.1) * waves.values(z)[0]));
+  CHECK(waves.values(z + at({0.0, sd[1]}))[1] - waves.values(z)[1] == Approx(0.1 / kDegree));
+  const gap::FreeEffect wind("unmeasured-wind", ship);
+  CHECK(wind.sd_of_formula(at({3.0, 4.0})) == at({0.5, 0.5}));
+  CHECK(gap::FreeEffect("steady-current", ship).sd_of_formula(at({3.0, 4.0})).isZero());
+}
+
 TEST_CASE("hypothesis: planted effects are fitted beside wrong coefficients", "[gap][long]") {
   struct Planted {
     std::string effect;

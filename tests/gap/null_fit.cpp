@@ -131,6 +131,30 @@ TEST_CASE("gap: nothing is found where nothing is, a current is found and named 
   CHECK(found.effects.front().name == "steady-current");
 }
 
+// What the rudder feels halves where the propeller ceases to push, and when it does hangs on the wake.
+TEST_CASE("gap: a step of the model that comes earlier or later than thought is nothing missing", "[gap][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  Ship truth = ship;
+  truth.multiply({{"propeller.1-w_P", 0.94}});
+  std::vector<Trajectory> recordings;
+  for (const double side : {1.0, -1.0}) {
+    SimulatedShip at(truth);
+    Trajectory run;
+    for (int k = 0; k <= 2400; ++k) {
+      if (k % 10 == 0) append_sample(run, truth, 0.1 * k, at.state, {at.actuators, Vec2<double>::Zero(), 0.1 * k});
+      Actuators<double> command = truth.initial_actuators();
+      command[Channel::delta] = (k / 200 % 2 == 0 ? side : -side) * 18.0 * kDegree;
+      if (k / 600 % 2 == 1) command[Channel::n_p] *= 0.27;
+      at.step(command, Vec2<double>::Zero(), 0.1);
+    }
+    run.name = run.file = side > 0.0 ? "starboard" : "port";
+    recordings.push_back(observed(run, test::usual_noise(), RandomStream(5, run.name, 0)));
+  }
+  gap::Campaign campaign = gap::prepare(ship, std::move(recordings), {});
+  const gap::FittedNull fit = gap::fit_null(campaign, {});
+  CHECK(gap::detect(campaign, fit, gap::EffectLibrary(campaign, fit), {}).p_value > 0.01);
+}
+
 TEST_CASE("gap: a tug is located in time, in axis and along the ship", "[gap][long]") {
   const Ship ship = read_ship("esso-osaka-3m");
   const Ship truth = with_effect(
