@@ -308,6 +308,8 @@ class Group:
             given = json.loads(json.dumps(self.ship))
             (to / "ship.json").write_text(json.dumps(given, indent=1), encoding="utf-8")
             faults, rng = self.faults_of(i), np.random.default_rng([case["seed"] & 0xFFFFFFFF, 5])
+            # Free runs take the wind as it is recorded: a ship file with an anemometer's fault corrects it.
+            of_wind = {k: v for k, v in faults.items() if k.startswith("anemometer")}
             leave = () if case["wind"] == "measured" else ("wind_speed_mps", "wind_dir_deg")
             names, truths = [], {}
             for k, r in enumerate(self.recordings[i]):
@@ -315,7 +317,7 @@ class Group:
                 noisy = recording.with_noise(recording.with_faults(clean, faults), case["noise"], self.T, rng)
                 name = f"held-{k - case['trains'] + 1}.csv" if r["held"] else f"train-{k + 1}.csv"
                 recording.write_csv(to / name, noisy, leave)
-                recording.write_csv(secret / name, clean, leave)
+                recording.write_csv(secret / name, recording.with_faults(clean, of_wind), leave)
                 truths[name] = hashlib.sha256((secret / name).read_bytes()).hexdigest()
                 names.append(name)
             truth = {}
