@@ -29,6 +29,7 @@ void for_each_coefficient(Inertia<T>& inertia, ForceModules<T>& modules, const V
   std::visit(
       [&](auto& hull) {
         visit("hull.resistance", 0.10, [&](const T& k) { hull.scale_resistance(k); });
+        visit("hull.resistance_slow", 0.10, [&](const T& k) { hull.resistance_law.scale_slow(k); });
         one("hull.X_vr", 0.3, hull.c.X_vr);
         one("hull.Y_v", 0.15, hull.c.Y_v);
         one("hull.Y_r", 0.25, hull.c.Y_r);

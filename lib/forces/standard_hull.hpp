@@ -6,6 +6,7 @@
 #include "core/scalar.hpp"
 #include "core/types.hpp"
 #include "forces/motion.hpp"
+#include "forces/resistance_law.hpp"
 #include "ship/coefficients.hpp"
 
 namespace leeway {
@@ -27,9 +28,10 @@ struct StandardHull {
   static constexpr double kYawRange = 1.0, kDriftRange = 0.5, kAheadRange = 0.8660254037844386;  // r', sin, cos 30 deg
   StandardHullCoefficients<T> c;
   Particulars p;
+  ResistanceLaw<T> resistance_law;
 
   StandardHull(const StandardHullCoefficients<double>& coefficients, const Particulars& particulars)
-      : c(coefficients.cast<T>()), p(particulars) {}
+      : c(coefficients.cast<T>()), p(particulars), resistance_law(particulars) {}
 
   /// The resistance by this factor.
   void scale_resistance(const T& k) { c.R_0 *= k; }
@@ -55,7 +57,8 @@ struct StandardHull {
 
     const T v2 = v * v, r2 = r * r;
     const T v2_X = v2 > T(kDriftRange * kDriftRange) ? T(kDriftRange * kDriftRange) : v2;
-    const T X = ahead * (-c.R_0 + c.X_vv * v2_X + c.X_rr * r2 + c.X_vvvv * v2_X * v2_X) + c.X_vr * v * r;
+    const T R_0 = c.R_0 * resistance_law(motion.U2);
+    const T X = ahead * (-R_0 + c.X_vv * v2_X + c.X_rr * r2 + c.X_vvvv * v2_X * v2_X) + c.X_vr * v * r;
     const T Y =
         c.Y_v * v + c.Y_vvv * v2 * v + c.Y_vrr * v * r2 + ahead * (c.Y_r * r + c.Y_vvr * v2 * r + c.Y_rrr * r2 * r);
     const T N =

@@ -7,6 +7,7 @@
 #include "core/types.hpp"
 #include "core/units.hpp"
 #include "forces/motion.hpp"
+#include "forces/resistance_law.hpp"
 #include "ship/coefficients.hpp"
 
 namespace leeway {
@@ -39,9 +40,10 @@ struct UnifiedHull {
   static constexpr std::string_view name = "unified-2009";
   UnifiedHullCoefficients<T> c;
   Particulars p;
+  ResistanceLaw<T> resistance_law;
 
   UnifiedHull(const UnifiedHullCoefficients<double>& coefficients, const Particulars& particulars)
-      : c(coefficients.cast<T>()), p(particulars) {}
+      : c(coefficients.cast<T>()), p(particulars), resistance_law(particulars) {}
 
   /// The resistance ahead and astern by this factor.
   void scale_resistance(const T& k) {
@@ -59,7 +61,8 @@ struct UnifiedHull {
     const T &u = motion.u, &v = motion.v;
     const T Lr = p.L_pp * motion.r;
 
-    const T X = (c.X_0F + (c.X_0A - c.X_0F) * (1.0 / kPi) * abs(motion.beta)) * u * motion.U + c.X_vr * v * Lr;
+    const T X_0 = (c.X_0F + (c.X_0A - c.X_0F) * (1.0 / kPi) * abs(motion.beta)) * resistance_law(motion.U2);
+    const T X = X_0 * u * motion.U + c.X_vr * v * Lr;
     const T abs_u = abs(u);
     const T Y = c.Y_v * v * abs_u + c.Y_r * Lr * u - c.C_D * cross_flow_integrals<T>(v, c.C_rY * Lr / 2.0)(0);
     const T N = c.N_v * v * u + c.N_r * Lr * abs_u - c.C_D * cross_flow_integrals<T>(v, c.C_rN * Lr / 2.0)(1);

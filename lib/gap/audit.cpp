@@ -650,6 +650,7 @@ Fault fault_of(const Fitter& fitter, const FaultModel& model, std::size_t place,
       }
   }
   fault.sentence = sentence_of(model.members[place], fault.parameters);
+  fault.separating_maneuver = separating_maneuver(candidate.name);
   return fault;
 }
 
@@ -864,13 +865,23 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
       result.notices.push_back(fault.sentence + ": too little to matter");
       continue;
     }
-    std::set<std::string_view> rivals;
+    std::set<std::string> rivals;
     for (std::size_t c = 0; c < tried.size(); ++c) {
-      const std::string_view rival = Search::last(tried[c]).name;
-      if (rival != fault.name && heldout_gain(tried[c], base).is_certain() &&
-          !heldout_gain(model, tried[c]).is_certain())
-        rivals.insert(rival);
+      if (Search::last(tried[c]).name == fault.name || !heldout_gain(tried[c], base).is_certain() ||
+          heldout_gain(model, tried[c]).is_certain())
+        continue;
+      Fault rival = fault_of(fitter, tried[c], tried[c].members.size() - 1,
+                             RandomStream(options.seed, "audit resampling", 2000 + 100 * m + c));
+      const Gain own = heldout_gain(tried[c], base);
+      rival.heldout_gain = own.mean;
+      rival.heldout_gain_sd = own.sd;
+      rival.p_value = p[c];
+      rival.log_odds = heldout_gain(tried[c], model).total;
+      rivals.insert(rival.name);
+      fault.rivals.push_back(std::move(rival));
     }
+    std::stable_sort(fault.rivals.begin(), fault.rivals.end(),
+                     [](const Fault& a, const Fault& b) { return a.log_odds > b.log_odds; });
     if (!rivals.empty())
       result.notices.push_back(
           fmt::format("{} fits best, but {} {} almost as well: these recordings do not tell them apart", fault.name,

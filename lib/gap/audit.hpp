@@ -23,6 +23,9 @@ struct Fault {
   double heldout_gain_sd = 0.0;      ///< its standard error over the left-out recordings (or blocks of a single one)
   double p_value = 1.0;              ///< of the fault against none, for the whole library of faults
   std::string sentence;              ///< what it is, to a person
+  std::string separating_maneuver{};  ///< what tells it from its look-alikes
+  std::vector<Fault> rivals{};        ///< that predict what was left out no worse for certain: may stand in its place
+  double log_odds = 0.0;              ///< of a rival: ln likelihood of all that was left out, against that fault [nats]
 };
 
 /// What a channel of the recordings is like, apart from what the ship does.

@@ -332,9 +332,14 @@ std::vector<Comparison::Promise> Comparison::promises(std::size_t from, std::vec
   const FittedNull& fit = all_[from].fit;
   const std::set<std::string> present = name_set(all_[from].hypothesis);
   std::vector<Candidate> candidates;
+  const Tellable is_tellable(campaign_);
   for (const EffectDescription& description : effect_catalogue()) {
     const std::string effect(description.info.name);
     if (!EffectLibrary::holds(effect) || present.contains(effect)) continue;
+    if (!is_tellable(effect)) {
+      if (unexcited) unexcited->push_back(effect);
+      continue;
+    }
     for (Candidate& candidate : candidates_with(effect, {})) candidates.push_back(std::move(candidate));
   }
   std::vector<EffectScreen> screens;

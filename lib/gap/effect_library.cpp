@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -78,6 +80,39 @@ double angle_change(const Stretch& stretch, const RecordedInputs& one, const Rec
   return count > 0.0 ? squares / count : 0.0;
 }
 
+Tellable::Tellable(const Campaign& campaign) : keeps_course_(!campaign.ensemble) {
+  constexpr double kCourse = 5.0 * kDegree, kSmall = 0.02, kMost = 0.1;  // kMost: to each side
+  const auto width = [](std::vector<double> values) {
+    std::erase_if(values, [](double value) { return std::isnan(value); });
+    if (values.empty()) return std::numeric_limits<double>::infinity();
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double share) {
+      return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+    };
+    return at(1.0 - kMost) - at(kMost);
+  };
+  for (const Stretch& stretch : campaign.stretches) {
+    std::vector<double> heading;
+    for (const Vec6& y : stretch.measured) heading.push_back(y[2]);
+    keeps_course_ = keeps_course_ && width(heading) < kCourse;
+    for (const Actuator& actuator : campaign.ship.actuators) {
+      if (actuator.channel == Channel::n_p) continue;
+      std::vector<double> values;
+      for (const std::vector<StepInputs<double>>& step : stretch.inputs)
+        values.push_back(step.front().start.actuators[actuator.channel]);
+      keeps_course_ = keeps_course_ && width(values) < kSmall * (actuator.max - actuator.min);
+    }
+  }
+}
+
+bool Tellable::operator()(std::string_view effect) const {
+  static const std::set<std::string_view> kNeedTurns{"shallow-water",        "draft",           "trim",
+                                                     "center-of-gravity",    "cross-flow-drag", "added-mass",
+                                                     "actuator-lag",         "actuator-rate",   "actuator-delay",
+                                                     "rudder-effectiveness", "rudder-stall",    "vectwin-interaction"};
+  return !keeps_course_ || !kNeedTurns.contains(effect);
+}
+
 EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
     : campaign_(campaign), fit_(fit), variants_(campaign.recordings.size()) {
   if (campaign.ensemble) {
@@ -91,9 +126,14 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
   }
   const bool is_full_scale = campaign.ship.particulars.L_pp > kFullScale_m;
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
+  const Tellable is_tellable(campaign);
   for (std::size_t type = 0; type < catalogue.size(); ++type) {
     const std::string name(catalogue[type].info.name);
     if (!holds(name)) continue;
+    if (!is_tellable(name)) {
+      not_applicable_.push_back(name + ": the ship keeps its course");
+      continue;
+    }
     Entry entry{name, columns(), 0};
     std::string problem;
     for (const std::vector<double>& values : variants_of(catalogue[type].parameters, is_full_scale)) {

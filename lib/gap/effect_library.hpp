@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/units.hpp"
@@ -15,13 +16,27 @@ double angle_change(const Stretch& stretch, const RecordedInputs& one, const Rec
 /// autopilot answers to what the model does not know would be taken for late ones [rad].
 inline constexpr double kKnownAngle = 0.5 * kDegree;
 
+/// Whether recordings can tell of an effect. Where a ship keeps its course in all of them, its heading within 5 deg and
+/// its rudders and thrusters within 2 % of their range in four fifths of the time, they tell nothing of how hull and
+/// rudders answer: whoever steers sees the ship better than the recordings do, so that the rudders' small angles go
+/// with what the filter errs by, and rudders look weaker, and the hull steadier, than they are (Soderstrom & Stoica
+/// 1989, System Identification, chapter 10, on closed loops; docs/gap-locate.md).
+class Tellable {
+ public:
+  explicit Tellable(const Campaign& campaign);
+  bool operator()(std::string_view effect) const;
+
+ private:
+  bool keeps_course_ = false;
+};
+
 /// What each effect of the catalogue would do to each step of the simulator: the difference of two simulations over the
 /// step, with the effect at a nominal strength and without. Effects with a direction have one column for each of four
 /// directions, those with several strengths one for each. `tug`, which comes and goes, is left to the scan over
 /// intervals, `varying-current` to `steady-current`; `model-error` is part of the null fit, `unknown` is what is left
 /// when the rest has been tried. `bank`, `mooring` and `fender` are bound to a place: at a place that is not theirs a
 /// step shows nothing of them, so they need starts from places. Where rudders that act late or slowly would differ by
-/// less than kKnownAngle, they are not applicable.
+/// less than kKnownAngle, they are not applicable; nor is what is not Tellable.
 /// With an ensemble, which has no forces to change, only what follows from its own derivatives: `body-force` and
 /// `earth-force` as accelerations, `steady-current`, and `unmeasured-wind` where it sees the wind.
 class EffectLibrary {

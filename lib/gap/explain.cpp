@@ -124,10 +124,19 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
   explanation.hypotheses.push_back(std::move(unknown));
 }
 
+std::vector<ExplainedParameter> estimates_of(const Fault& fault) {
+  std::vector<ExplainedParameter> result;
+  for (const Estimate& e : fault.parameters)
+    result.push_back(
+        {fault.name, e.name, "", e.value, e.sd, e.value - 1.96 * e.sd, e.value + 1.96 * e.sd, kMissing, kMissing});
+  return result;
+}
+
 // Faults of sensors and conventions were settled first and taken out: each hypothesis has them, but that nothing at all
 // is wrong.
 void add_sensors(Explanation& explanation, const Findings& findings) {
   double all_chance = 0.0;  // that one of them is none
+  std::vector<std::string> maneuvers;
   Explained sensors;
   const auto add = [&](const std::string& name, const std::string& sentence, double p_value) {
     explanation.verdict = Verdict::mismatch;
@@ -145,9 +154,8 @@ void add_sensors(Explanation& explanation, const Findings& findings) {
     sensors.log_evidence += fault.heldout_gain;
     sensors.heldout_gain += fault.heldout_gain;
     sensors.heldout_gain_sd = std::hypot(sensors.heldout_gain_sd, fault.heldout_gain_sd);
-    for (const Estimate& e : fault.parameters)
-      sensors.parameters.push_back(
-          {fault.name, e.name, "", e.value, e.sd, e.value - 1.96 * e.sd, e.value + 1.96 * e.sd, kMissing, kMissing});
+    for (const ExplainedParameter& p : estimates_of(fault)) sensors.parameters.push_back(p);
+    maneuvers.push_back(fault.separating_maneuver);
   }
   if (sensors.effects.empty()) return;
   Explained nothing = *std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
@@ -162,8 +170,53 @@ void add_sensors(Explanation& explanation, const Findings& findings) {
     hypothesis.heldout_gain += sensors.heldout_gain;
     hypothesis.heldout_gain_sd = std::hypot(hypothesis.heldout_gain_sd, sensors.heldout_gain_sd);
     hypothesis.parameters.insert(hypothesis.parameters.begin(), sensors.parameters.begin(), sensors.parameters.end());
+    if (!hypothesis.separating_maneuver.empty()) maneuvers.push_back(hypothesis.separating_maneuver);
+    hypothesis.separating_maneuver = fmt::format("{}", fmt::join(maneuvers, "; "));
+    maneuvers.resize(findings.audit.faults.size());
   }
   explanation.hypotheses.push_back(std::move(nothing));
+}
+
+// Each hypothesis again with another fault in the place of one that these recordings do not tell from it; the
+// probability is shared as they predict what was left out, but the fault that was taken out keeps the largest share.
+void add_rivals(Explanation& explanation, const Findings& findings) {
+  for (const Fault& fault : findings.audit.faults) {
+    std::map<std::string, const Fault*> rivals;  // the best of each name
+    for (const Fault& rival : fault.rivals)
+      if (std::exp(rival.log_odds) > kPossible) rivals.emplace(rival.name, &rival);
+    double largest_share = 0.0;
+    for (std::size_t h = 0, n = explanation.hypotheses.size(); h < n; ++h) {
+      const Explained with = explanation.hypotheses[h];
+      const auto has = [&](const std::string& name) {
+        return std::find(with.effects.begin(), with.effects.end(), name) != with.effects.end();
+      };
+      if (!has(fault.name) || with.probability < kPossible) continue;
+      double weights = 1.0;
+      for (const auto& [name, rival] : rivals)
+        if (!has(name)) weights += std::exp(std::min(rival->log_odds, 0.0));
+      explanation.hypotheses[h].probability /= weights;
+      largest_share = std::max(largest_share, 1.0 / weights);
+      for (const auto& [name, rival] : rivals) {
+        if (has(name)) continue;
+        Explained other = with;
+        other.probability *= std::exp(std::min(rival->log_odds, 0.0)) / weights;
+        std::replace(other.effects.begin(), other.effects.end(), fault.name, name);
+        other.name = fmt::format("{}", fmt::join(other.effects, " + "));
+        other.log_evidence += rival->log_odds;
+        other.heldout_gain += rival->heldout_gain - fault.heldout_gain;
+        std::erase_if(other.parameters, [&](const ExplainedParameter& p) { return p.effect == fault.name; });
+        const std::vector<ExplainedParameter> of_rival = estimates_of(*rival);
+        other.parameters.insert(other.parameters.begin(), of_rival.begin(), of_rival.end());
+        const auto retell = [](std::string& text, const std::string& from, const std::string& to) {
+          if (const std::size_t at = text.find(from); at != std::string::npos) text.replace(at, from.size(), to);
+        };
+        retell(other.sentence, fault.sentence, rival->sentence);
+        retell(other.separating_maneuver, fault.separating_maneuver, rival->separating_maneuver);
+        explanation.hypotheses.push_back(std::move(other));
+      }
+    }
+    if (largest_share > 0.0) explanation.p_right *= largest_share;
+  }
 }
 
 // All hypotheses with their probabilities, and the maneuvers that would tell them apart.
@@ -260,6 +313,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   tell_hypotheses(explanation, comparison, campaign, options);
   conclude(explanation, findings, comparison, selection, options, ship.particulars.L_pp);
   add_sensors(explanation, findings);
+  add_rivals(explanation, findings);
   compare_hypotheses(explanation);
   const Fitted& answer = comparison.all()[selection.chosen];
   explanation.parameters = answer.fit.report.parameters;

@@ -256,7 +256,10 @@ std::optional<Reading> told_by_fit(const Campaign& campaign, const FittedNull& f
 // Faults with the p-values of all families of tests.
 void share_rate(Audit& audit) {
   for (std::vector<Fault>* faults : {&audit.faults, &audit.hypotheses})
-    for (Fault& fault : *faults) fault.p_value = std::min(1.0, kTests * fault.p_value);
+    for (Fault& fault : *faults) {
+      fault.p_value = std::min(1.0, kTests * fault.p_value);
+      for (Fault& rival : fault.rivals) rival.p_value = std::min(1.0, kTests * rival.p_value);
+    }
 }
 
 // A fault that noise feigns in one of some hundred campaigns.

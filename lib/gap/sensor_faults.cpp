@@ -1,6 +1,8 @@
 #include "gap/sensor_faults.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -57,6 +59,35 @@ const std::vector<FaultCandidate>& fault_library() {
       {"sensor-filter", {{velocity_filter, rate_filter, heading_filter}}},
   };
   return library;
+}
+
+std::string_view separating_maneuver(std::string_view fault) {
+  using Row = std::pair<std::string_view, std::string_view>;
+  static constexpr std::array<Row, 12> kManeuvers{{
+      {"heading-bias",
+       "straight runs there and back: a bias turns both tracks to the same side, a current to one and "
+       "the other"},
+      {"lever-arm", "the same turn at two speeds: what an arm does goes with the heading, what is late with the speed"},
+      {"log-scale", "straight runs there and back at two speeds"},
+      {"log-bias", "straight runs there and back at two speeds"},
+      {"steady-current", "straight runs there and back, and one across"},
+      {"velocity-latency",
+       "quick zigzags, sampled several times a second: what is late keeps its peaks, what is "
+       "filtered loses them"},
+      {"heading-latency", "quick zigzags: the heading against the slope of the track and against the yaw rate"},
+      {"rate-latency", "quick zigzags, sampled several times a second: the yaw rate against the slope of the heading"},
+      {"position-latency",
+       "the same turn at two speeds: what an arm does goes with the heading, what is late with the "
+       "speed"},
+      {"rate-bias", "a straight run, in which the heading stays"},
+      {"rate-scale", "turning circles to both sides"},
+      {"sensor-filter",
+       "quick zigzags, sampled several times a second: what is late keeps its peaks, what is filtered "
+       "loses them"},
+  }};
+  const auto found =
+      std::find_if(kManeuvers.begin(), kManeuvers.end(), [&](const Row& row) { return row.first == fault; });
+  return found == kManeuvers.end() ? "" : found->second;
 }
 
 SensorFaults sensor_faults(const std::vector<Fault>& faults) {

@@ -65,6 +65,8 @@ struct FaultCandidate {
 /// The library. Where two members share a name, the first one is the simpler. A scale of v_m alone is not in it: where
 /// a ship hardly drifts, shrinking v_m shrinks its noise, and noise would decide.
 const std::vector<FaultCandidate>& fault_library();
+/// What tells a member of the library from its look-alikes; empty for other names.
+std::string_view separating_maneuver(std::string_view fault);
 
 /// The faults of a report as numbers; unknown parameters throw UsageError.
 SensorFaults sensor_faults(const std::vector<Fault>& faults);

@@ -25,26 +25,16 @@ def effects_of(hypothesis):
     return [] if name == "none" else name.split(" + ")
 
 
-def faults_of(report):
-    return [f.get("name") for f in (report.get("audit") or {}).get("faults") or []]
-
-
 def chosen_of(report):
     return list(report.get("chosen") or [])
 
 
-def physical(report):
-    """Hypotheses on the ship: without entries that tell a fault of a sensor."""
-    faults = set(faults_of(report))
-    return [h for h in report.get("hypotheses") or [] if not (faults and h.get("name") in faults)]
-
-
 def leading(report):
     """The hypothesis that was chosen, else the most probable one."""
-    hypotheses = physical(report)
-    faults, wanted = set(faults_of(report)), set(chosen_of(report)) - {"unknown"}
+    hypotheses = report.get("hypotheses") or []
+    wanted = set(chosen_of(report)) - {"unknown"}
     for h in hypotheses:
-        if wanted and set(effects_of(h)) == wanted - faults:
+        if wanted and set(effects_of(h)) == wanted:
             return h
     return hypotheses[0] if hypotheses else None
 
@@ -58,19 +48,16 @@ def ranking(report):
 
 
 def accepted_set(report):
-    """Hypotheses that the report does not tell from the first: list of lists of names. Faults of sensors are members of all."""
-    faults = faults_of(report)
+    """Hypotheses that the report does not tell from the first: list of lists of names."""
     h = leading(report)
-    if not chosen_of(report):
+    if not chosen_of(report) or h is None or not effects_of(h):
         return []
-    if h is None or not effects_of(h):
-        return [faults] if faults else []
     names = {g.get("name"): effects_of(g) for g in report.get("hypotheses") or []}
-    out = [faults + effects_of(h)]
+    out = [effects_of(h)]
     for other in h.get("confusable_with") or []:
         members = names.get(other, [] if other == "none" else other.split(" + "))
-        if members and faults + members not in out:
-            out.append(faults + members)
+        if members and members not in out:
+            out.append(members)
     return out
 
 
@@ -123,7 +110,7 @@ def judge(key, run, report):
         out.update({"alarm": False, "verdict": None, "chosen": [], "first": False, "ranked": None, "top3": False, "set_ok": False, "set_size": 0, "both": False,
                     "unknown": False, "quantities": [], "probability": None, "right": None})
         return out
-    chosen, faults = chosen_of(report), faults_of(report)
+    chosen = chosen_of(report)
     ranked, accepted = ranking(report), accepted_set(report)
     hypotheses = sorted(report.get("hypotheses") or [], key=lambda g: -(g.get("probability") or 0.0))
     h = hypotheses[0] if hypotheses else None
@@ -141,8 +128,7 @@ def judge(key, run, report):
     out["unknown"] = "unknown" in chosen
     out["quantities"] = quantities(report, key)
     in_catalogue = key["family"] != "outside"
-    # Faults of sensors stand in the hypotheses that have them, or in the audit alone.
-    wanted = set(truth) if any(set(faults) & set(effects_of(g)) for g in hypotheses) else set(truth) - set(faults)
+    wanted = set(truth)
     if h is not None and h.get("probability") is not None and in_catalogue:
         out["probability"], out["right"] = h["probability"], set(effects_of(h)) == wanted
         true_p = sum(g.get("probability") or 0.0 for g in hypotheses if set(effects_of(g)) == wanted)

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <catch2/catch.hpp>
 
 #include "core/errors.hpp"
@@ -39,6 +41,25 @@ TEST_CASE("coefficient factors: they multiply, whatever was there", "[ship]") {
   ship.multiply({{"hull.Y_v", 0.5}, {"inertia.I_z", 2.0}});
   const Ship other = esso_with_factors({{"inertia.I_z", 2.0}, {"hull.Y_v", 0.6}});
   CHECK((acceleration_of(ship) - acceleration_of(other)).norm() < 1e-12);
+}
+
+TEST_CASE("coefficient factors: how resistance changes with speed is what it is at half the speed", "[ship]") {
+  for (const char* name : {"esso-osaka-3m", "kvlcc2-l7"}) {
+    Ship ship = read_ship(name);
+    const auto resistance = [&](double u) {
+      const ForceModules<double> modules = Model<double>(ship).modules;
+      return std::visit([&](const auto& hull) { return hull.force(Motion<double>(u, 0.0, 0.0))(0); }, modules.hull);
+    };
+    const double u = 0.1 * std::sqrt(kGravity_mps2 * ship.particulars.L_pp), fast = resistance(u);
+    const double slow = resistance(0.5 * u), crawling = resistance(0.01 * u);
+    CHECK(slow == Approx(0.25 * fast).epsilon(1e-12));
+    ship.multiply({{"hull.resistance_slow", 1.15}});
+    CHECK(resistance(u) == Approx(fast).epsilon(1e-12));
+    CHECK(resistance(0.5 * u) == Approx(1.15 * slow).epsilon(0.01));
+    // It stays bounded where the ship stops: 1.15 for each of log2(10) halves.
+    CHECK(resistance(0.01 * u) / crawling < std::pow(1.15, std::log2(10.0)) + 1e-9);
+    CHECK(resistance(0.0) == 0.0);
+  }
 }
 
 TEST_CASE("coefficient factors: a coefficient that the ship has not is refused by its place", "[ship]") {

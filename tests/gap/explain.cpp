@@ -140,7 +140,7 @@ TEST_CASE("next maneuver: the certainty to be expected of two equal alternatives
   CHECK(gap::expected_certainty(Eigen::MatrixXd::Zero(3, 3), {0.2, 0.7, 0.1}, 1) == Approx(0.7).epsilon(1e-9));
 }
 
-TEST_CASE("next maneuver: what tells a propeller that gives less from a hull that resists more is a coast-down",
+TEST_CASE("next maneuver: a propeller that gives less is told from a hull that resists more by a crash stop, no zigzag",
           "[gap][long]") {
   Ship truth = read_ship("esso-osaka-3m");
   truth.effects.push_back(effect("fouling", {{"resistance_increase", 0.5}}));
@@ -161,7 +161,8 @@ TEST_CASE("next maneuver: what tells a propeller that gives less from a hull tha
     CHECK(maneuver.p_right <= 1.0);
     right[maneuver.command] = maneuver.p_right;
   }
-  CHECK(right.at("coast-down") > right.at("zigzag --rudder-deg 10 --heading-deg 10"));
+  for (const char* zigzag : {"zigzag --rudder-deg 10 --heading-deg 10", "zigzag --rudder-deg 20 --heading-deg 20"})
+    CHECK(right.at("crash-stop") > right.at(zigzag));
 }
 
 TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][long]") {
@@ -313,6 +314,28 @@ TEST_CASE("gap-explain: a mooring line is found with its anchor and its slack", 
     if (p.name == "slack_length_m") CHECK(p.estimate == Approx(6.0).margin(1.0));
     if (p.name == "stiffness_npm") CHECK(p.estimate == Approx(0.2).epsilon(0.1));
   }
+}
+
+TEST_CASE("gap-explain: a filter that a latency fits as well is not stated as one of them", "[gap][long]") {
+  test::Injected fault;
+  fault.filter_s = 0.5;
+  const Ship ship = read_ship("vectwin-3m");
+  std::vector<Trajectory> recordings = test::recorded({.seed = 41, .recordings = 3}, ship, fault), none;
+  const gap::Explanation explanation = gap::gap_explain(ship, recordings, none, two_jobs());
+  REQUIRE(explanation.chosen.size() == 1);
+  const bool is_filter = explanation.chosen.front() == "sensor-filter";
+  if (!is_filter) CHECK(explanation.chosen.front() == "velocity-latency");
+  const gap::Explained& best = explanation.hypotheses.front();
+  const std::string other = is_filter ? "velocity-latency" : "sensor-filter";
+  CHECK(best.effects == explanation.chosen);
+  CHECK(std::count(best.confusable_with.begin(), best.confusable_with.end(), other) == 1);
+  CHECK(best.separating_maneuver.find("zigzags") != std::string::npos);
+  for (const gap::Explained& hypothesis : explanation.hypotheses) {
+    if (hypothesis.name != other) continue;
+    CHECK(hypothesis.probability < best.probability);
+    CHECK(hypothesis.parameters.front().estimate == Approx(0.5).margin(0.15));
+  }
+  CHECK(explanation.p_right < 0.8);
 }
 
 TEST_CASE("comparison: a few terms stand for what the catalogue does not hold", "[gap][long]") {

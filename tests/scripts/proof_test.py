@@ -223,10 +223,12 @@ class Scores(unittest.TestCase):
         self.assertEqual((got["first"], got["set_ok"], got["set_size"], got["right"]), (False, True, 2, False))
 
     def test_sensor_faults_come_from_the_audit(self):
-        r = report("no-mismatch", ["heading-bias"], [([], 0.9, [], {})],
+        r = report("mismatch", ["heading-bias"], [(["heading-bias"], 0.9, ["log-bias"], {}), ([], 0.0, [], {}), (["log-bias"], 0.1, [], {})],
                    [{"name": "heading-bias", "parameters": {"heading_bias_deg": {"estimate": 3.0, "sd": 0.1}}}])
         got = scores.judge(key(["heading-bias"], heading_bias_deg=3.1), self.RUN, r)
         self.assertTrue(got["alarm"] and got["first"] and got["set_ok"] and got["right"])
+        self.assertEqual(got["set_size"], 2)
+        self.assertTrue(scores.judge(key(["log-bias"]), self.RUN, r)["set_ok"])
         self.assertEqual(got["quantities"][0][4], True)
 
     def test_pairs_nulls_abstention_and_failures(self):
