@@ -208,7 +208,11 @@ void add_parameters(Screen& screen, const std::vector<ParameterShift>& parameter
 
 std::string next_step(const Explanation& explanation, const Explained* what) {
   const Findings& findings = explanation.findings;
-  if (!findings.conventions.contradicted.empty() || !findings.audit.faults.empty()) return next_step(findings);
+  if (!findings.conventions.contradicted.empty()) return next_step(findings);
+  if (!findings.audit.faults.empty())
+    return findings.corrected && what != nullptr && !what->confusable_with.empty()
+               ? "record " + what->separating_maneuver
+               : next_step(findings);
   if (!explanation.next.empty()) {
     // The shortest that settles it, or else the most telling.
     const NextManeuver* best = nullptr;
