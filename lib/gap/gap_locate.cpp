@@ -180,8 +180,9 @@ void add_notices(Findings& findings, const Campaign& campaign) {
       notices.push_back(recording.file + ": " + sentence);
   notices.insert(notices.end(), campaign.notices.begin(), campaign.notices.end());
   if (fit.outliers > 0)
-    notices.push_back(fmt::format("{} of {} measurements lay more than 6 sd from their prediction and were left out",
-                                  fit.outliers, fit.samples + fit.outliers));
+    notices.push_back(
+        fmt::format("{} of {} measurements lay more than 6 sd from what the others predict and were left out",
+                    fit.outliers, fit.samples + fit.outliers));
   if (fit.is_noise_free)
     notices.push_back(
         fmt::format("u, v_m and r show no noise, as simulated recordings: differences below {:.0f} % of the typical "

@@ -16,7 +16,9 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kOutlier = 6.0;                             // sd of the innovation
+constexpr double kOutlier = 6.0;        // sd of what the other measurements predict
+constexpr double kLeastLeft = 0.01;     // of a measurement's variance that the smoothed state does not share
+constexpr double kLeastRobustSd = 0.5;  // by which outliers are judged, of the one with them
 constexpr double kThetaAtRest = 0.02, kThetaNearRest = 0.1;  // of a prior sd
 constexpr double kNear = 0.3, kFar = 3.0;                    // distance from the best parameters in their posterior sd
 constexpr double kNoiseAtRest = 0.03;                        // of ln level
@@ -378,14 +380,37 @@ class Climb {
     return Eigen::VectorXd::Zero(theta.size());
   }
 
+  // Judged by what all other measurements say, before and after: e of the smoothed state has the variance R - P, which
+  // is e of the prediction without this measurement, in its own sd (de Jong 1988). Outliers make that sd too large; the
+  // median knows better.
   void leave_out_outliers() {
-    for (std::size_t s = 0; s < fit_.stretches.size(); ++s)
-      for (std::size_t k = 1; k < campaign_.stretches[s].size(); ++k)
-        for (int i = 0; i < kShipStates; ++i)
-          if (std::abs(fit_.smoothed[s].innovations[k][i]) > kOutlier) {
-            campaign_.stretches[s].measured[k][i] = kMissing;
-            ++fit_.report.outliers;
-          }
+    struct Judgment {
+      double* y;
+      double z;
+    };
+    for (int i = 0; i < kShipStates; ++i) {
+      const double R = std::pow(fit_.noise.measurement_sd[i], 2);
+      std::vector<Judgment> judgments;
+      std::vector<double> scores;
+      for (std::size_t s = 0; s < fit_.stretches.size(); ++s) {
+        const LinearStretch& stretch = fit_.stretches[s];
+        for (std::size_t k = 1; k < stretch.path.size(); ++k) {
+          double& y = campaign_.stretches[s].measured[k][i];
+          const double left = R - fit_.smoothed[s].covariance[k](i, i);
+          // Where others say little about it, left is rounding.
+          if (std::isnan(y) || left < kLeastLeft * R) continue;
+          const double e = y - stretch.mean_offset[k][i] - fit_.smoothed[s].state[k][i];
+          judgments.push_back({&y, e / std::sqrt(left)});
+          scores.push_back(judgments.back().z);
+        }
+      }
+      const double sd = std::clamp(robust_sd(std::move(scores)), kLeastRobustSd, 1.0);
+      for (const Judgment& judgment : judgments)
+        if (std::abs(judgment.z) > kOutlier * sd) {
+          *judgment.y = kMissing;
+          ++fit_.report.outliers;
+        }
+    }
   }
 
   Campaign& campaign_;

@@ -38,9 +38,9 @@ struct FitOptions {
 
 /// Maximizes the marginal likelihood: the paths are integrated out by the filter, the parameters theta ~ N(0,
 /// tolerated_sd^2) by Laplace's method, around paths and parameters that are renewed until they rest; noise levels by
-/// BFGS (Ceres). Measurements farther than 6 sd from their prediction are left out and counted. Where the model error
-/// of a block of 10 s (at 3 m) has more than 16 times its mean square, something acts that comes and goes: there it may
-/// be as large as it is, so that a tug or a mooring line does not count as the simulator's everyday error.
+/// BFGS (Ceres). Measurements farther than 6 sd from what all others predict are left out and counted. Where the model
+/// error of a block of 10 s (at 3 m) has more than 16 times its mean square, something acts that comes and goes: there
+/// it may be as large as it is, so that a tug or a mooring line does not count as the simulator's everyday error.
 FittedNull fit_null(Campaign& campaign, const FitOptions& options);
 
 /// The same with effects whose coordinates are fitted beside the coefficients, from another fit on: its data, paths,

@@ -114,6 +114,26 @@ TEST_CASE("gap: an acceleration error of known size is estimated as such", "[gap
   CHECK_THAT(fit.report.sigma_w[2], WithinRel(0.08 * kDegree, 0.5));
 }
 
+// A heading that is 1 deg off stands out by less than 6 sd from what was recorded before, where the simulator errs in
+// yaw.
+TEST_CASE("gap: outliers are those that lie far from what is recorded before and after them", "[gap][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const Ship truth =
+      with_effect(ship, "model-error",
+                  {{"surge_mps2", 1e-3}, {"sway_mps2", 1e-3}, {"yaw_degps2", 0.08}, {"tau_s", 12.0}, {"seed", 3.0}});
+  std::vector<Trajectory> recordings = zigzags(truth, 400.0);
+  std::size_t planted = 0;
+  for (Trajectory& run : recordings)
+    for (std::size_t k = 20; k < run.size(); k += 40, ++planted)
+      run[Channel::psi][k] += (k % 80 == 20 ? 1.0 : -1.0) * kDegree;
+  gap::Campaign campaign = gap::prepare(ship, std::move(recordings), {});
+  const gap::FittedNull fit = gap::fit_null(campaign, {});
+  CHECK(fit.report.outliers >= planted - 1);  // noise of its own brings one of them back
+  CHECK(fit.report.outliers <= planted);
+  REQUIRE(fit.report.noise[2].name == "psi_deg");
+  CHECK_THAT(fit.report.noise[2].value, WithinRel(0.1, 0.15));
+}
+
 TEST_CASE("gap: nothing is found where nothing is, a current is found and named first", "[gap][long]") {
   const Ship ship = read_ship("esso-osaka-3m");
   const auto detect = [&](const Ship& truth) {
