@@ -9,6 +9,7 @@
 
 #include "core/errors.hpp"
 #include "gap/channel_quality.hpp"
+#include "gap/comparison.hpp"
 #include "gap/detect.hpp"
 #include "gap/locate.hpp"
 #include "gap/screen.hpp"
@@ -25,10 +26,11 @@ constexpr double kFamilies = 3.0;  // of tests: of the sensors, for effects, for
 // simulators with other formulas is not (docs/proof.md, 500 cases).
 constexpr double kAlarmsByRate = 2.5;
 constexpr double kTests = kFamilies * kAlarmsByRate;  // by which p-values of one test become those of all
-constexpr double kNearly = 5.0;        // p-values up to this times the rate of false alarms leave it open
-constexpr double kOpen = 3.0;          // log-odds of a reading that short times do not decide
-constexpr double kContradicted = 3.0;  // nats by which recordings are likelier without a faint fault
-constexpr double kFarLikelier = 10.0;  // log-odds by which a fit contradicts a convention
+constexpr double kNearly = 5.0;           // p-values up to this times the rate of false alarms leave it open
+constexpr double kOpen = 3.0;             // log-odds of a reading that short times do not decide
+constexpr double kContradicted = 3.0;     // nats by which recordings are likelier without a faint fault
+constexpr double kFarLikelier = 10.0;     // log-odds by which a fit contradicts a convention
+constexpr std::size_t kMostCompared = 3;  // effects that may be missing instead
 
 // The verdict with the reason for it.
 void judge(Findings& findings, double scan_p_value) {
@@ -223,15 +225,27 @@ void add_ensemble_notices(const EnsembleSimulator& simulator, Findings& findings
   for (const std::string& notice : simulator.ensemble().notices()) findings.notices.push_back(notice);
 }
 
+// Of the best of nothing and the effects that promise most, fitted.
+double best_evidence(Campaign campaign, const FittedNull& near_by, const GapLocateOptions& options) {
+  const FittedNull none = follow(campaign, near_by, {}, options.jobs);
+  Comparison comparison(campaign, none, {options.false_alarm, options.jobs});
+  double best = comparison.none().log_evidence;
+  const std::vector<Comparison::Promise> promises = comparison.promises(0);
+  for (std::size_t i = 0; i < std::min(promises.size(), kMostCompared); ++i)
+    if (const auto added = comparison.add(0, promises[i].starts))
+      best = std::max(best, comparison.all()[*added].log_evidence);
+  return best;
+}
+
 // A wind that is weak against the ship's forces is not told from one that reads otherwise over short times, but by the
 // fit: the reading under which all is far likelier, at the coefficients and noise levels of the fit as stated. Waves
-// that come against the wind look like one: what an effect explains better is no reading.
+// that come against the wind look like one: it has to be likelier also where one effect may be missing.
 std::optional<Reading> told_by_fit(const Campaign& campaign, const FittedNull& fit, const Conventions& conventions,
-                                   const Detection& detection, std::size_t jobs) {
+                                   const GapLocateOptions& options) {
   std::optional<Reading> result;
+  Campaign best;
   const double as_stated = log_evidence(fit);
   double least = kFarLikelier;
-  for (const Screened& effect : detection.effects) least = std::max(least, effect.log_bayes_factor);
   for (const Reading& reading : conventions.tested) {
     const bool is_wind = reading.recording.empty() && (reading.name == "wind-to" || reading.name == "apparent");
     if (!campaign.has_wind || !is_wind || reading.log_odds < -kOpen) continue;
@@ -243,14 +257,18 @@ std::optional<Reading> told_by_fit(const Campaign& campaign, const FittedNull& f
     const RudderResponse response = Effects<double>(campaign.ship).rudder_response();
     for (Stretch& stretch : otherwise.stretches)
       set_inputs(stretch, otherwise.recorded_inputs[stretch.recording].through(response), campaign.ship);
-    const double gained = log_evidence(follow(otherwise, fit, {}, jobs)) - as_stated;
+    const double gained = log_evidence(follow(otherwise, fit, {}, options.jobs)) - as_stated;
     if (!(gained > least)) continue;  // nor where it cannot be told
     least = gained;
+    best = std::move(otherwise);
     result = reading;
     result->log_odds = gained;
     result->sentence = fmt::format("{}, the recordings are likelier than as stated (log-odds {:.0f})",
                                    reading.sentence.substr(0, reading.sentence.find(',')), gained);
   }
+  if (!result) return result;
+  const double limit = best_evidence(campaign, fit, options) + kFarLikelier;
+  if (as_stated + least < limit && best_evidence(std::move(best), fit, options) < limit) result.reset();
   return result;
 }
 
@@ -422,8 +440,7 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
     }
   }
   if (findings.detection.p_value < options.false_alarm && !ensemble)
-    if (const std::optional<Reading> reading =
-            told_by_fit(campaign, fit, findings.conventions, findings.detection, options.jobs)) {
+    if (const std::optional<Reading> reading = told_by_fit(campaign, fit, findings.conventions, options)) {
       findings.conventions.contradicted.push_back(*reading);
       if (options.correct) {
         findings.corrected = true;
