@@ -468,18 +468,13 @@ std::vector<double> family_p_values(const Fitter& fitter, const FaultModel& base
   };
   std::vector<Score> scores;
   const Index old = base.numbers.size();
-  // A constant fault looks like slow noise where it is not taken out: noise is that beside the best candidate.
-  const KinematicNoise& noise =
-      std::max_element(tried.begin(), tried.end(), [](const FaultModel& a, const FaultModel& b) {
-        return a.heldout.sum() < b.heldout.sum();
-      })->noise;
-  const Fitter::White of_base = fitter.white(base, noise);
-  const VectorXd &z = of_base.z, &weights = of_base.weights;
   for (const FaultModel& model : tried) {
     // With the sensitivities at the fit, so that a long latency is judged by what it does, not by its beginning.
     FaultModel at = model;
     at.residuals = base.residuals;
-    const Fitter::White rows = fitter.white(at, noise);
+    // A constant fault looks like slow noise where it is not taken out: noise is that beside the candidate.
+    const Fitter::White of_base = fitter.white(base, model.noise), rows = fitter.white(at, model.noise);
+    const VectorXd &z = of_base.z, &weights = of_base.weights;
     MatrixXd own = rows.J.rightCols(model.numbers.size() - old);
     if (old > 0) {
       const MatrixXd known = rows.J.leftCols(old);
@@ -740,6 +735,33 @@ struct Search {
         return c;
     return best;
   }
+
+  // Where the p-value is a tenth of the rate, one standard error is enough.
+  bool predicts_better(const FaultModel& with, const FaultModel& base, double p) const {
+    return heldout_gain(with, base).is_certain(p < 0.1 * options.false_alarm ? 1.0 : 2.0);
+  }
+  bool is_found(const FaultModel& with, const FaultModel& base, double p) const {
+    return p < options.false_alarm && predicts_better(with, base, p);
+  }
+
+  // Two faults can hide each other, as each is noise to the other: the last of `first` and one more, where each is
+  // found beside the other.
+  std::optional<FaultModel> pair_with(const FaultModel& first, std::size_t stage) const {
+    const std::vector<FaultModel> pairs = tried(first);
+    if (pairs.empty()) return std::nullopt;
+    const std::vector<double> p =
+        family_p_values(fitter, first, pairs, RandomStream(options.seed, "audit sign flips", 100 + stage));
+    const std::size_t second = best(pairs, p);
+    const FaultModel& pair = pairs[second];
+    if (!is_found(pair, first, p[second])) return std::nullopt;
+    const FaultModel other = fitter.without(pair, first.members.size() - 1);
+    const std::vector<FaultModel> back = tried(other);
+    const std::vector<double> p_back =
+        family_p_values(fitter, other, back, RandomStream(options.seed, "audit sign flips", 200 + stage));
+    for (std::size_t c = 0; c < back.size(); ++c)
+      if (back[c].members.back() == first.members.back() && is_found(back[c], other, p_back[c])) return pair;
+    return std::nullopt;
+  }
 };
 
 std::string percent(double share) { return fmt::format("{:.1f} %", 100.0 * share); }
@@ -799,8 +821,6 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   const auto is_small = [&](const FaultModel& of, std::size_t place) {
     return by_smallest(fitter, of.members[place], fitter.own_numbers(of, place)) < 1.0;
   };
-  // Standard errors by which a fault must predict better: where the p-value is a tenth of the rate, one is enough.
-  const auto needed = [&](double p_value) { return p_value < 0.1 * options.false_alarm ? 1.0 : 2.0; };
   for (std::size_t stage = 0, faults = 0, absorbed = 0; faults < kMostFaults && absorbed < kMostAbsorbed; ++stage) {
     const std::vector<FaultModel> tried = search.tried(model);
     if (tried.empty()) break;
@@ -818,11 +838,16 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
       std::stable_sort(result.hypotheses.begin(), result.hypotheses.end(),
                        [](const Fault& a, const Fault& b) { return a.heldout_gain > b.heldout_gain; });
     }
-    const std::size_t best = search.best(tried, p);
-    if (!heldout_gain(tried[best], model).is_certain(needed(p[best])) || !(p[best] < options.false_alarm)) break;
-    model = tried[best];
+    const std::size_t best = search.best(tried, p), before = model.members.size();
+    if (search.is_found(tried[best], model, p[best])) {
+      model = tried[best];
+    } else if (const std::optional<FaultModel> pair = search.pair_with(tried[best], stage)) {
+      model = *pair;
+    } else {
+      break;
+    }
     // What is real but too small to matter stays in the model, so that it does not feign another fault.
-    ++(is_small(model, model.members.size() - 1) ? absorbed : faults);
+    for (std::size_t m = before; m < model.members.size(); ++m) ++(is_small(model, m) ? absorbed : faults);
   }
 
   // A first choice can be a mixture of two faults: each member has to hold its place against all others.
@@ -835,7 +860,7 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
           family_p_values(fitter, base, tried, RandomStream(options.seed, "audit sign flips", 1000 + m));
       const std::size_t first = search.best(tried, p);
       const FaultModel& best = tried[first];
-      if (!heldout_gain(best, base).is_certain(needed(p[first]))) {
+      if (!search.predicts_better(best, base, p[first])) {
         model = base;
         has_changed = true;
         break;
