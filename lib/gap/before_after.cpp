@@ -1,6 +1,9 @@
 #include "gap/before_after.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
 
 #include "gap/audit.hpp"
 #include "gap/free_runs.hpp"
@@ -89,7 +92,7 @@ class BeforeAfterRuns {
     std::vector<ShipOnRuns> ships = by_recording(of_.answer.hypothesis, z_, of_.campaign, whole);
     for (ShipOnRuns& one : ships) {
       one.ship.multiply(explanation_.coefficient_factors);
-      one.ship.residual_network = learned_.network;
+      one.ship.residual_network = with_.residual_network;
     }
     explanation_.train.after = free_runs(of_.campaign, starts_, ships, jobs_);
     add_likelihood(explanation_.train.before, none(), whole);
@@ -97,10 +100,11 @@ class BeforeAfterRuns {
     explanation_.residuals_after = residuals(of_.campaign, fit_);
   }
 
-  /// Of recordings that nothing was fitted to.
+  /// Of recordings that nothing was fitted to. What makes them worse is not written down: comes before show_fitted().
   void show_given(const std::vector<Trajectory>& heldout) {
     Campaign before = prepare(of_.ship, heldout, {of_.campaign.step_s, 0.0});
     const FittedNull followed_before = follow(before, none(), {}, jobs_);
+    take_back_what_fails(before, followed_before.smoothed);
     Campaign after = prepare(without_factors(with_), heldout, {of_.campaign.step_s, 0.0});
     const FittedNull followed_after = follow(after, with_effects_in_ship(fit_), {}, jobs_);
     const std::vector<Run> runs = whole_runs(before);
@@ -205,9 +209,33 @@ class BeforeAfterRuns {
       learned_ = learn_residual(of_.campaign, starts_, with_, left_out_, fit_.noise, of_.options.locate.seed, jobs_);
     if (!learned_.problem.empty())
       explanation_.notices.push_back("no network learned what is left: " + learned_.problem);
-    explanation_.residual_network = with_.residual_network = learned_.network;
+    if (learned_.network) explanation_.residual_network = with_.residual_network = learned_.network;
     explanation_.log_error_without_network = learned_.log_error_without;
     explanation_.log_error_with_network = learned_.log_error_with;
+  }
+
+  // A network and coefficients, where the given recordings get worse with them than with the ship as it was.
+  void take_back_what_fails(const Campaign& given, const std::vector<Smoothed>& starts) {
+    const auto error = [&](const Ship& ship) {
+      return log_error(free_runs(given, starts, {{ship, whole_runs(given)}}, jobs_));
+    };
+    const double before = error(of_.ship);
+    const auto rise = [&] { return error(with_) - before; };
+    const auto tell = [&](std::string_view what, double by) {
+      explanation_.notices.push_back(fmt::format(
+          "ship.json has no {}: with {} the errors of free runs over the held-out recordings grow by {:.0f} %", what,
+          what, 100.0 * std::expm1(by)));
+    };
+    if (double by = 0.0; learned_.network && (by = rise()) > 0.0) {
+      learned_.network = explanation_.residual_network = with_.residual_network = nullptr;
+      tell("network", by);
+    }
+    if (double by = 0.0; takes_coefficients_ && (by = rise()) > 0.0) {
+      takes_coefficients_ = false;
+      explanation_.coefficient_factors.clear();
+      with_ = without_factors(with_);
+      tell("coefficients fitted anew", by);
+    }
   }
 
   void write_ship() {
@@ -243,14 +271,17 @@ void show_before_after(const Answered& answered, std::vector<Trajectory>& heldou
   if (answered.options.locate.progress) answered.options.locate.progress(0.9, "free runs before and after");
   explanation.heldout_gain = answered.answer.gain;
   explanation.heldout_gain_sd = answered.answer.gain_sd;
-  runs.show_fitted();
   explanation.heldout_is_given = !heldout.empty();
-  if (heldout.empty()) return runs.show_left_out();
+  if (heldout.empty()) {
+    runs.show_fitted();
+    return runs.show_left_out();
+  }
   const Findings& findings = answered.findings;
   if (findings.corrected)
     for (Trajectory& recording : heldout)
       recording = corrected(reread(recording, findings.conventions.contradicted), findings.audit.faults);
   runs.show_given(heldout);
+  runs.show_fitted();
 }
 
 }  // namespace leeway::gap

@@ -304,7 +304,7 @@ std::string summary(const Explanation& explanation) {
             ? fmt::format("a network in ship.json, zero outside of what was recorded: free runs over what is "
                           "left out in turn err {} as much as without it",
                           percent(std::exp(explanation.log_error_with_network - explanation.log_error_without_network)))
-            : "a network for what is left predicts what is left out no better: none is in ship.json",
+            : "a network for what is left predicts what it has not seen no better: none is in ship.json",
         2);
   add_parameters(screen, explanation.parameters);
   if (!explanation.coefficient_factors.empty())

@@ -3,6 +3,7 @@
 #include <set>
 
 #include <catch2/catch.hpp>
+#include <fmt/ranges.h>
 
 #include "core/distributions.hpp"
 #include "core/units.hpp"
@@ -105,6 +106,18 @@ TEST_CASE("gap-explain: where nothing is missing nothing is chosen, and wrong co
   CHECK(with == io::read_json(stated.file));
   const double before = explanation.heldout.before.free_runs.at(100).rmse_position_m;
   CHECK(explanation.heldout.after.free_runs.at(100).rmse_position_m < 0.8 * before);
+}
+
+TEST_CASE("gap-explain: coefficients with which held-out recordings get worse are not written", "[gap][long]") {
+  std::vector<Trajectory> recordings =
+      test::recorded({"esso-osaka-3m", 3, 4, 200.0, 1.0, 0.5}, test::perturbed_ship("esso-osaka-3m", 0.1, 9));
+  const Ship stated = read_ship("esso-osaka-3m");
+  std::vector<Trajectory> of_stated = test::recorded({"esso-osaka-3m", 91, 2, 200.0, 1.0, 0.5}, stated);
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, of_stated, two_jobs());
+  CHECK(explanation.coefficient_factors.empty());
+  CHECK(gap::ship_with(io::read_json(stated.file), explanation) == io::read_json(stated.file));
+  CHECK(gap::log_error(explanation.heldout.after) == gap::log_error(explanation.heldout.before));
+  CHECK_THAT(fmt::format("{}", fmt::join(explanation.notices, "\n")), Contains("no coefficients fitted anew"));
 }
 
 TEST_CASE("free runs: a simulator follows its own recordings as well as their noise lets it start", "[gap]") {
