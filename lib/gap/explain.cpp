@@ -18,6 +18,9 @@ constexpr double kNotExcluded = 0.3;  // of the probability: what is not exclude
 constexpr double kPossible = 0.01;    // probability that is worth a word
 // Of what is called unknown: how often it is an effect of the catalogue that acts in another form than the catalogue's.
 constexpr double kOtherForm = 0.2;
+// Intervals of 95 % reach as far as Student's with four degrees of freedom: errors on concealed cases have the median
+// of a normal distribution, but its tails (docs/gap-explain.md).
+constexpr double kStudent95 = 2.776, kTails = kStudent95 / 1.960;
 constexpr double kUnexplained = 0.5;  // of the model error's energy that what is named must take away
 
 // How well a delay can be known [s]: what actuators do between samples is not.
@@ -52,15 +55,16 @@ Explained told(const Fitted& fitted, const Fitted& none, const Campaign& campaig
           effect.parameters(Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Identity(n, n));
       const Eigen::MatrixXd of_formula = effect.sd_of_formula(at).cwiseAbs2().asDiagonal();
       const std::vector<FreeEffect::Parameter> after = effect.parameters(at, spread + of_formula);
+      const std::vector<FreeEffect::Parameter> tails = effect.parameters(at, kTails * kTails * (spread + of_formula));
       for (std::size_t i = 0; i < after.size(); ++i) {
         const FreeEffect::Parameter& p = after[i];
-        ExplainedParameter one{effect.name(), p.name, recording,     p.estimate,    p.sd,
-                               p.low,         p.high, before[i].low, before[i].high};
+        ExplainedParameter one{effect.name(), p.name,        recording,     p.estimate,    p.sd,
+                               tails[i].low,  tails[i].high, before[i].low, before[i].high};
         if (one.name == "delay_s" || one.name == "lag_s") {
           one.sd = std::hypot(p.sd, timing_sd_s(campaign));
           const double wider = one.sd / std::max(p.sd, 1e-12);
-          one.low = std::max(0.0, p.estimate - wider * (p.estimate - p.low));
-          one.high = p.estimate + wider * (p.high - p.estimate);
+          one.low = std::max(0.0, p.estimate - wider * (p.estimate - one.low));
+          one.high = p.estimate + wider * (one.high - p.estimate);
         }
         result.parameters.push_back(one);
       }
@@ -127,8 +131,8 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
 std::vector<ExplainedParameter> estimates_of(const Fault& fault) {
   std::vector<ExplainedParameter> result;
   for (const Estimate& e : fault.parameters)
-    result.push_back(
-        {fault.name, e.name, "", e.value, e.sd, e.value - 1.96 * e.sd, e.value + 1.96 * e.sd, kMissing, kMissing});
+    result.push_back({fault.name, e.name, "", e.value, e.sd, e.value - kStudent95 * e.sd, e.value + kStudent95 * e.sd,
+                      kMissing, kMissing});
   return result;
 }
 

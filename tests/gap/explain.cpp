@@ -65,6 +65,9 @@ TEST_CASE("gap-explain: a planted current is named, measured, and shown to help 
   CHECK(current.parameters[0].low < 0.05);
   CHECK(current.parameters[0].high > 0.05);
   CHECK(current.parameters[0].estimate == Approx(0.05).epsilon(0.05));
+  // As far as Student's with four degrees of freedom.
+  CHECK(current.parameters[0].high - current.parameters[0].low ==
+        Approx(2.0 * 2.776 * current.parameters[0].sd).epsilon(0.1));
   CHECK(current.parameters[1].estimate == Approx(140.0).margin(5.0));
   // The simulator with the current follows recordings that nothing was fitted to.
   CHECK(explanation.heldout_is_given);
