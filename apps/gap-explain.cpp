@@ -82,6 +82,8 @@ int main(int argc, char** argv) try {
   for (const auto& [recording, effects] : explanation.effects_in)
     io::write_text((folder / gap::ship_file(recording)).string(),
                    io::to_text(gap::ship_with(ship_json, explanation, recording)));
+  for (const gap::CurrentPath& path : explanation.current_paths)
+    io::write_text((folder / gap::current_file(path.recording)).string(), gap::path_text(path));
   io::write_text((folder / "report.html").string(),
                  gap::report_html(
                      explanation, "What " + ship.name + " lacks",

@@ -58,6 +58,9 @@ struct EffectParameter {
   double otherwise;  ///< taken where the ship JSON does not give it; NaN: it must be given
   double low, high;  ///< what makes sense at all
   Prior at_3m, at_150m;
+
+  /// Of a ship of this length between perpendiculars [m]: longer ones than 20 m take the prior for 150 m.
+  constexpr const Prior& prior(double L_pp) const { return L_pp > 20.0 ? at_150m : at_3m; }
 };
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();

@@ -48,7 +48,7 @@ struct OuWaves {
     return kAmplitude * sum;
   }
 
- private:
+  /// Without derivatives.
   static double value_of(double value) { return value; }
   template <typename Jet>
   static double value_of(const Jet& value) {

@@ -12,6 +12,7 @@
 #include "core/distributions.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "gap/current_course.hpp"
 #include "gap/effect_library.hpp"
 
 namespace leeway::gap {
@@ -227,8 +228,9 @@ double log_prior(const Hypothesis& hypothesis, bool with_ways = true) {
   return result;
 }
 
-// A vector and nothing else (current, wind, a pull): another one on another day.
+// A vector and nothing else (current, wind, a pull): another one on another day. So is the course of a current.
 bool may_differ(const std::string& effect) {
+  if (effect == kVaryingCurrent) return true;
   const auto& parameters = effect_named(effect).parameters;
   return parameters.size() == 2 && parameters[0].at_3m.kind == Prior::Kind::rayleigh;
 }

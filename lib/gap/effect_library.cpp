@@ -11,7 +11,6 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kFullScale_m = 20.0;        // longer ships take the priors for 150 m
 constexpr double kAcceleration_mps2 = 5e-4;  // an acceleration worth finding where forces are not known
 
 // A strength that is worth finding: one prior sd from nothing.
@@ -32,8 +31,8 @@ double nominal(const EffectParameter& parameter, const Prior& prior) {
 
 // The parameter values of an effect's variants: each strength for itself, in each direction. A vector whose
 // direction has a default (the current in a shear) keeps its default: it is an effect of its own.
-std::vector<std::vector<double>> variants_of(std::span<const EffectParameter> parameters, bool is_full_scale) {
-  const auto prior = [&](const EffectParameter& p) { return is_full_scale ? p.at_150m : p.at_3m; };
+std::vector<std::vector<double>> variants_of(std::span<const EffectParameter> parameters, double L_pp) {
+  const auto prior = [&](const EffectParameter& p) { return p.prior(L_pp); };
   std::vector<std::size_t> strengths;
   std::optional<std::size_t> direction;
   std::vector<double> base;
@@ -124,7 +123,6 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
     ships.push_back(campaign.ship_in(r));
     apply_uncertainty(null_.emplace_back(ships.back()), fit.theta);
   }
-  const bool is_full_scale = campaign.ship.particulars.L_pp > kFullScale_m;
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
   const Tellable is_tellable(campaign);
   for (std::size_t type = 0; type < catalogue.size(); ++type) {
@@ -136,7 +134,7 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
     }
     Entry entry{name, columns(), 0};
     std::string problem;
-    for (const std::vector<double>& values : variants_of(catalogue[type].parameters, is_full_scale)) {
+    for (const std::vector<double>& values : variants_of(catalogue[type].parameters, campaign.ship.particulars.L_pp)) {
       try {
         const Effect<double> effect = make_effect<double>(type, values, campaign.ship);
         for (std::size_t r = 0; r < ships.size(); ++r) {
@@ -181,7 +179,7 @@ void EffectLibrary::add_derived() {
   };
   const auto strength = [&](const char* name) {
     const EffectParameter& first = effect_named(name).parameters.front();
-    return nominal(first, campaign_.ship.particulars.L_pp > kFullScale_m ? first.at_150m : first.at_3m);
+    return nominal(first, first.prior(campaign_.ship.particulars.L_pp));
   };
   // What an acceleration over the step does.
   const auto push = [](const LinearStretch& stretch, std::size_t k, const Vec3<double>& acceleration) -> Vec6 {

@@ -33,12 +33,12 @@ class Tellable {
 /// What each effect of the catalogue would do to each step of the simulator: the difference of two simulations over the
 /// step, with the effect at a nominal strength and without. Effects with a direction have one column for each of four
 /// directions, those with several strengths one for each. `tug`, which comes and goes, is left to the scan over
-/// intervals, `varying-current` to `steady-current`; `model-error` is part of the null fit, `unknown` is what is left
-/// when the rest has been tried. `bank`, `mooring` and `fender` are bound to a place: at a place that is not theirs a
-/// step shows nothing of them, so they need starts from places. Where rudders that act late or slowly would differ by
-/// less than kKnownAngle, they are not applicable; nor is what is not Tellable.
-/// With an ensemble, which has no forces to change, only what follows from its own derivatives: `body-force` and
-/// `earth-force` as accelerations, `steady-current`, and `unmeasured-wind` where it sees the wind.
+/// intervals, `varying-current` to what looks like it (current_course.hpp); `model-error` is part of the null fit,
+/// `unknown` is what is left when the rest has been tried. `bank`, `mooring` and `fender` are bound to a place: at a
+/// place that is not theirs a step shows nothing of them, so they need starts from places. Where rudders that act late
+/// or slowly would differ by less than kKnownAngle, they are not applicable; nor is what is not Tellable. With an
+/// ensemble, which has no forces to change, only what follows from its own derivatives: `body-force` and `earth-force`
+/// as accelerations, `steady-current`, and `unmeasured-wind` where it sees the wind.
 class EffectLibrary {
  public:
   struct Entry {

@@ -69,6 +69,16 @@ Explained told(const Fitted& fitted, const Fitted& none, const Campaign& campaig
         result.parameters.push_back(one);
       }
     };
+    if (effect.name() == kVaryingCurrent) {
+      const auto first = fitted.hypothesis.effects.begin() + static_cast<std::ptrdiff_t>(span.effect);
+      const std::vector<FreeEffect> courses(first, first + static_cast<std::ptrdiff_t>(span.effects));
+      const auto before = current_process(campaign.ship, {}, {}, {}),
+                 after = current_process(campaign.ship, courses, mean, covariance);
+      for (std::size_t i = 0; i < after.size(); ++i)
+        result.parameters.push_back({effect.name(), after[i].name, "", after[i].estimate, after[i].sd, after[i].low,
+                                     after[i].high, before[i].low, before[i].high});
+      continue;
+    }
     if (span.effects == 1) {
       parameters(effect.recording() ? campaign.recordings[*effect.recording()].name : "", mean, covariance);
       continue;
@@ -321,6 +331,10 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   compare_hypotheses(explanation);
   const Fitted& answer = comparison.all()[selection.chosen];
   explanation.parameters = answer.fit.report.parameters;
+  if (std::find(explanation.chosen.begin(), explanation.chosen.end(), kVaryingCurrent) != explanation.chosen.end()) {
+    const Coordinates z = coordinates_of(answer.fit);
+    explanation.current_paths = current_paths(campaign, answer.hypothesis, z.mean, answer.kappa * z.covariance);
+  }
   show_before_after({ship, campaign, findings, investigation.null, comparison, answer, options}, heldout, explanation);
 
   findings.grossly_inconsistent = errs_grossly(answer.fit.report);

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 
+#include "gap/current_course.hpp"
 #include "gap/gap_locate.hpp"
 #include "gap/hypothesis.hpp"
 #include "gap/next_maneuver.hpp"
@@ -72,6 +73,7 @@ struct Explanation {
   std::vector<CoefficientFactor> coefficient_factors;  ///< and these, if it then follows what is left out better
   /// By recording, where they differ: what acts there.
   std::map<std::string, std::vector<EffectEntry>> effects_in;
+  std::vector<CurrentPath> current_paths;  ///< of a chosen current that varies, by recording
   BeforeAfter train, heldout;
   /// Where something is unknown: a small network on top of ship.json, if it predicts what is left out in turn better
   /// than the ship does without; mean logarithm of the errors of free runs there.

@@ -72,6 +72,8 @@ Json to_json(const Explanation& explanation) {
   for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
   Json ships = Json::object();
   for (const auto& [recording, effects] : explanation.effects_in) ships[recording] = ship_file(recording);
+  Json currents = Json::object();
+  for (const CurrentPath& path : explanation.current_paths) currents[path.recording] = current_file(path.recording);
   Json factors = Json::object();
   for (const CoefficientFactor& by : explanation.coefficient_factors) factors[by.name] = number(by.factor);
   Json next = Json::array();
@@ -103,6 +105,7 @@ Json to_json(const Explanation& explanation) {
         {"log_error_with", number(explanation.log_error_with_network)}}},
       {"coefficient_factors", factors},
       {"ship", "ship.json"},
+      {"currents", currents},
       {"ships", ships},
       {"parameters", to_json(explanation.parameters)},
       {"parameters_before", locate["null_fit"]["parameters"]},
@@ -111,6 +114,8 @@ Json to_json(const Explanation& explanation) {
       {"conventions", locate["conventions"]},
       {"notices", explanation.notices}};
 }
+
+std::string current_file(const std::string& recording) { return "current-" + recording + ".csv"; }
 
 std::string ship_file(const std::string& recording) { return "ship-" + recording + ".json"; }
 

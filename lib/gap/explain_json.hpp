@@ -12,6 +12,9 @@ io::Json to_json(const Explanation& explanation);
 /// The file that holds the ship as it sails in one recording, where recordings differ.
 std::string ship_file(const std::string& recording);
 
+/// The file that holds the path of a current that varies in one recording.
+std::string current_file(const std::string& recording);
+
 /// The ship's JSON with what was found, as it stands in ship.json: effects are added, coefficient factors multiply
 /// those that are there, a network takes the place of one that is there; all else stays as it is.
 ///   of         the contents of the ship's file

@@ -14,7 +14,6 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kFullScale_m = 20.0;                      // longer ships take the priors for 150 m
 constexpr double kDirectionUnit_deg = 143.61952130254163;  // 360/sqrt(2 pi)
 constexpr std::size_t kDraws = 4000;                       // for intervals of parameters that bend with z
 // Of the logarithm of a factor that is missing physics: wider than what a coefficient's own uncertainty explains, so
@@ -37,11 +36,10 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& ch
     : name_(name), recording_(choice.recording), log_ways_(choice.log_ways), towards_deg_(choice.towards_deg) {
   parameters_ = effect_named(name).parameters;
   type_ = *find_effect(name);
-  const bool is_full_scale = ship.particulars.L_pp > kFullScale_m;
   const auto prior = [&](const EffectParameter& p) {
     const auto other = choice.priors.find(std::string(p.name));
     if (other != choice.priors.end()) return other->second;
-    const Prior& stated = is_full_scale ? p.at_150m : p.at_3m;
+    const Prior& stated = p.prior(ship.particulars.L_pp);
     if (stated.kind != Prior::Kind::log_normal || p.off != 1.0) return stated;
     return log_normal(stated.median, std::max(stated.sd, kFactorSd), std::max(p.low, kLeastFactor),
                       std::min(p.high, kMostFactor));

@@ -128,9 +128,11 @@ class Selector {
     return promised < share * gained && promised < gained - far_behind;
   }
 
-  /// A tug is sought in the interval where it was.
+  /// A tug is sought in the interval where it was, of a current that varies the course.
   std::vector<Start> starts_with(std::size_t from, const std::string& effect) const {
-    return effect == "tug" ? comparison_.starts_with_tugs(from, tugs_) : comparison_.starts_with(from, effect, {});
+    if (effect == "tug") return comparison_.starts_with_tugs(from, tugs_);
+    return comparison_.starts_with(from, effect,
+                                   effect == kVaryingCurrent ? current_course(campaign_) : FreeEffect::Choice());
   }
   std::optional<std::size_t> add_tugs(std::size_t from, std::vector<Interval> intervals) {
     const auto added = comparison_.add(from, comparison_.starts_with_tugs(from, intervals));
@@ -194,6 +196,8 @@ class Selector {
         if (names.size() == 1 && are_look_alikes(names.front(), promise.effect) &&
             !is_hopeless(promise.gain, of, 0, kHopeless, kFarBehindOfLookAlikes))
           better(comparison_.add(0, promise.starts));
+      if (const std::string varying(kVaryingCurrent); names.size() == 1 && are_look_alikes(names.front(), varying))
+        better(comparison_.add(0, starts_with(0, varying)));
     }
   }
 

@@ -181,6 +181,34 @@ TEST_CASE("moving water: the equations over ground with added mass in u_c, v_c a
   check_moving_water(model.inertia, nu, rate, nu_c, a, F);
 }
 
+TEST_CASE("varying current: a course that is known adds its cosines, and is held outside of them", "[effects]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const Effects<double> effects(with(ship, "varying-current",
+                                     {{"current_sd_mps", 0.0},
+                                      {"tau_s", 50.0},
+                                      {"course_start_s", 100.0},
+                                      {"course_s", 200.0},
+                                      {"north_0_mps", 0.03},
+                                      {"east_1_mps", -0.02},
+                                      {"north_3_mps", 0.01}}));
+  Situation<double> at = at_heading(0.0);
+  const auto velocity = [&](double t) {
+    at.t_s = t;
+    return effects.water(at).velocity;
+  };
+  for (const double t : {100.0, 170.0, 300.0}) {
+    CHECK_THAT(velocity(t)(0), WithinAbs(0.03 + 0.01 * std::cos(3.0 * kPi * (t - 100.0) / 200.0), 1e-15));
+    CHECK_THAT(velocity(t)(1), WithinAbs(-0.02 * std::cos(kPi * (t - 100.0) / 200.0), 1e-15));
+  }
+  CHECK(velocity(20.0) == velocity(100.0));
+  CHECK(velocity(900.0) == velocity(300.0));
+  for (const double t : {20.0, 130.0, 250.0, 400.0}) {
+    const Vec2<double> slope = (velocity(t + 1e-3) - velocity(t - 1e-3)) / 2e-3;
+    at.t_s = t;
+    CHECK((effects.water(at).rate - slope).norm() < 1e-9);
+  }
+}
+
 TEST_CASE("varying current: its sd and its time constant are those asked for", "[effects]") {
   const Ship ship = read_ship("esso-osaka-3m");
   double variance = 0.0, lagged = 0.0;

@@ -207,6 +207,81 @@ TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recor
       }
 }
 
+TEST_CASE("gap-explain: a current that varies is named, and its path is what it was", "[gap][long]") {
+  Ship truth = read_ship("vectwin-3m");
+  truth.effects.push_back(effect("varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 200.0}, {"seed", 3.0}}));
+  std::vector<Trajectory> none, recordings = test::recorded({"vectwin-3m", 11, 3, 300.0, 1.0, 0.5}, truth);
+  const gap::Explanation explanation = gap::gap_explain(read_ship("vectwin-3m"), recordings, none, two_jobs());
+  REQUIRE(explanation.chosen == std::vector<std::string>{"varying-current"});
+  const std::vector<gap::ExplainedParameter>& process = found(explanation, "varying-current").parameters;
+  REQUIRE(process.size() == 2);
+  CHECK(process[0].name == "current_sd_mps");
+  CHECK((process[0].low < 0.05 && 0.05 < process[0].high));
+  CHECK(process[1].name == "tau_s");
+  CHECK((process[1].low < 200.0 && 200.0 < process[1].high));
+
+  REQUIRE(explanation.current_paths.size() == recordings.size());
+  const Effects<double> effects(truth);
+  for (const gap::CurrentPath& path : explanation.current_paths) {
+    double squares = 0.0;
+    for (std::size_t i = 0; i < path.t_s.size(); ++i) {
+      Situation<double> at{path.t_s[i],          Vec3<double>::Zero(), 1.0, 0.0, Vec3<double>::Zero(),
+                           Vec3<double>::Zero(), Vec2<double>::Zero()};
+      squares += (effects.water(at).velocity - path.velocity_mps[i]).squaredNorm() / 2.0;
+    }
+    CHECK(std::sqrt(squares / static_cast<double>(path.t_s.size())) < 0.015);
+  }
+  CHECK_THAT(gap::path_text(explanation.current_paths.front()), Contains("t_s,current_north_mps,current_east_mps,"));
+}
+
+TEST_CASE("current course: the process is that of the courses", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  gap::Campaign campaign;
+  campaign.ship = ship;
+  campaign.stretches.resize(1);
+  for (int k = 0; k <= 300; ++k) campaign.stretches[0].t_s.push_back(1000.0 + k);
+  const gap::FreeEffect course(gap::kVaryingCurrent, ship, gap::current_course(campaign));
+  CHECK(course.size() == 8);
+  // What is believed before: the prior's own median.
+  const auto before = gap::current_process(ship, {}, {}, {});
+  CHECK(before[0].estimate == Approx(0.04 * std::sqrt(2.0 * std::log(2.0))).epsilon(0.05));
+  CHECK(before[1].estimate == Approx(450.0).epsilon(0.05));
+  // Courses of a process with 0.05 m/s and 100 s, known to a mm/s.
+  int sd_covered = 0, tau_covered = 0;
+  for (int n = 0; n < 20; ++n) {
+    const std::vector<gap::FreeEffect> courses(3, course);
+    Eigen::VectorXd mean(24);
+    const Eigen::VectorXd unit = [&] {
+      const std::vector<double> values = course.values(Eigen::VectorXd::Ones(8));
+      return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(values.data() + 5, 8));
+    }();
+    for (int c = 0; c < 3; ++c) {
+      const Effects<double> effects([&] {
+        Ship with = ship;
+        with.effects.push_back(
+            effect("varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 100.0}, {"seed", 1.0 + 3 * n + c}}));
+        return with;
+      }());
+      Eigen::VectorXd cosines = Eigen::VectorXd::Zero(8);
+      for (int i = 0; i < 300; ++i) {
+        Situation<double> at{
+            i + 0.5, Vec3<double>::Zero(), 1.0, 0.0, Vec3<double>::Zero(), Vec3<double>::Zero(), Vec2<double>::Zero()};
+        for (int k = 0; k < 4; ++k)
+          cosines.segment<2>(2 * k) +=
+              (k == 0 ? 1.0 : 2.0) / 300.0 * std::cos(kPi * k * (i + 0.5) / 300.0) * effects.water(at).velocity;
+      }
+      mean.segment<8>(8 * c) = cosines.cwiseQuotient(unit);
+    }
+    const Eigen::MatrixXd covariance =
+        (0.001 * unit.cwiseInverse()).replicate(3, 1).cwiseAbs2().asDiagonal().toDenseMatrix();
+    const auto process = gap::current_process(ship, courses, mean, covariance);
+    sd_covered += process[0].low < 0.05 && 0.05 < process[0].high;
+    tau_covered += process[1].low < 100.0 && 100.0 < process[1].high;
+  }
+  CHECK(sd_covered >= 17);
+  CHECK(tau_covered >= 17);
+}
+
 TEST_CASE("gap-explain: a tug beside another effect is named, and known when it pulled", "[gap][long]") {
   std::vector<Trajectory> recordings, none;
   for (std::uint64_t i = 0; i < 3; ++i) {
