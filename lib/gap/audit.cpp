@@ -925,6 +925,18 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   return result;
 }
 
+void retell(Fault& fault) {
+  for (std::size_t c = 0; c < fault_library().size(); ++c) {
+    std::vector<std::string_view> names;
+    for (const std::vector<FaultParameter>& number : fault_library()[c].numbers)
+      for (const FaultParameter parameter : number) names.push_back(info(parameter).name);
+    if (fault_library()[c].name == fault.name &&
+        std::equal(names.begin(), names.end(), fault.parameters.begin(), fault.parameters.end(),
+                   [](std::string_view name, const Estimate& e) { return name == e.name; }))
+      fault.sentence = sentence_of(c, fault.parameters);
+  }
+}
+
 Trajectory corrected(const Trajectory& recording, const std::vector<Fault>& faults) {
   const SensorFaults fault = sensor_faults(faults);
   Trajectory result = recording;

@@ -64,6 +64,9 @@ struct AuditOptions {
 /// the notices. Formulas, signs and thresholds: docs/gap-audit.md.
 Audit audit(const std::vector<Trajectory>& recordings, const AuditOptions& options);
 
+/// Tells a fault's sentence anew, after its numbers have changed.
+void retell(Fault& fault);
+
 /// The recording with the faults taken out: channels shifted by fractions of a sample, rotated, rescaled. Samples that
 /// a shift moves beyond the end become missing.
 Trajectory corrected(const Trajectory& recording, const std::vector<Fault>& faults);

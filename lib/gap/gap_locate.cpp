@@ -31,6 +31,9 @@ constexpr double kOpen = 3.0;             // log-odds of a reading that short ti
 constexpr double kContradicted = 3.0;     // nats by which recordings are likelier without a faint fault
 constexpr double kFarLikelier = 10.0;     // log-odds by which a fit contradicts a convention
 constexpr std::size_t kMostCompared = 3;  // effects that may be missing instead
+constexpr double kSuspected = 0.2;        // p-value of a fault that the simulator is asked about
+constexpr std::size_t kMostSuspects = 2;
+constexpr double kSmallestShare = 0.3;  // of the audit's standard error, that is left with the simulator's help
 
 // The verdict with the reason for it.
 void judge(Findings& findings, double scan_p_value) {
@@ -294,6 +297,22 @@ bool can_be_compared(const Fault& fault) {
   return fault.name == "lever-arm" || fault.name.ends_with("-bias") || fault.name.ends_with("-scale");
 }
 
+// Faults that the kinematics leave open, the likeliest first.
+std::vector<Fault> suspects_of(const Audit& audit) {
+  std::vector<Fault> suspects;
+  for (const Fault& fault : audit.hypotheses) {
+    const auto is_same = [&](const Fault& other) { return other.name == fault.name; };
+    if (fault.p_value < kSuspected && can_be_compared(fault) && fault.heldout_gain > 0.0 &&
+        std::none_of(audit.faults.begin(), audit.faults.end(), is_same) &&
+        std::none_of(suspects.begin(), suspects.end(), is_same))
+      suspects.push_back(fault);
+  }
+  std::stable_sort(suspects.begin(), suspects.end(),
+                   [](const Fault& a, const Fault& b) { return a.p_value < b.p_value; });
+  if (suspects.size() > kMostSuspects) suspects.resize(kMostSuspects);
+  return suspects;
+}
+
 // Leaves the faults that are certain.
 void withdraw(Findings& findings, std::vector<Fault> certain, const std::string& why) {
   std::vector<Fault>& faults = findings.audit.faults;
@@ -321,6 +340,44 @@ double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajecto
                                                  [](double value) { return std::isfinite(value); }));
     }
   return sum;
+}
+
+// The numbers of faults at which the simulator follows the recordings best, within two standard errors of the audit:
+// what is left of a bias looks like missing physics. A parabola in one number after the other.
+//   evidence_of  of nothing missing, with faults taken out
+template <typename EvidenceOf>
+void refine(std::vector<Fault>& faults, const EvidenceOf& evidence_of) {
+  const std::vector<Fault> of_audit = faults;
+  for (int round = 0; round < 2; ++round)
+    for (std::size_t f = 0; f < faults.size(); ++f) {
+      if (!can_be_compared(faults[f])) continue;
+      std::vector<Estimate>& numbers = faults[f].parameters;
+      for (std::size_t i = 0, next = 0; i < numbers.size(); i = next) {
+        // Several channels may have one number.
+        const Estimate now = numbers[i], &audited = of_audit[f].parameters[i];
+        while (next < numbers.size() && numbers[next].value == now.value && numbers[next].sd == now.sd) ++next;
+        const auto set = [&](double value, double sd) {
+          for (std::size_t k = i; k < next; ++k) numbers[k].value = value, numbers[k].sd = sd;
+        };
+        const double step = 0.5 * now.sd;
+        const auto evidence_at = [&](double value) {
+          set(value, now.sd);
+          return evidence_of(faults);
+        };
+        const double here = evidence_at(now.value), above = evidence_at(now.value + step),
+                     below = evidence_at(now.value - step);
+        const double slope = (above - below) / (2.0 * step), bend = (above + below - 2.0 * here) / (step * step);
+        if (!(bend < 0.0)) {
+          set(now.value, now.sd);
+          continue;
+        }
+        const double best =
+            std::clamp(now.value - slope / bend, audited.value - 2.0 * audited.sd, audited.value + 2.0 * audited.sd);
+        set(best, std::clamp(std::sqrt(-1.0 / bend), kSmallestShare * audited.sd, audited.sd));
+      }
+    }
+  for (Fault& fault : faults)
+    if (can_be_compared(fault)) retell(fault);
 }
 
 Investigation investigate(const Ship& ship, const std::shared_ptr<const EnsembleSimulator>& ensemble,
@@ -399,12 +456,12 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
 
   Campaign& campaign = investigation.campaign;
   FittedNull& fit = investigation.null;
+  FitOptions fit_options;
+  fit_options.jobs = options.jobs;
+  fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
   const auto examine = [&] {
     progress(0.10, "fit within the stated uncertainty");
     campaign = prepare(ship, all_without_frozen(), campaign_options);
-    FitOptions fit_options;
-    fit_options.jobs = options.jobs;
-    fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
     fit = fit_null(campaign, fit_options);
     findings.fit = fit.report;
     if (ensemble) findings.ensemble = use_of(*ensemble, fit);
@@ -438,6 +495,47 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
       take_out(findings.audit.faults);
       examine();
     }
+  }
+  // A fault that the kinematics leave open can look like missing physics: taken out, nothing missing is then far
+  // likelier, and likelier than any one effect with the fault left in.
+  if (const std::vector<Fault> suspects = suspects_of(findings.audit);
+      options.correct && !ensemble && !suspects.empty()) {
+    const double as_is = log_evidence(fit);
+    double most = std::max(best_evidence(campaign, fit, options) + kContradicted, as_is + kFarLikelier);
+    std::optional<Fault> told;
+    for (const Fault& suspect : suspects) {
+      std::vector<Fault> faults = findings.audit.faults;
+      faults.push_back(suspect);
+      take_out(faults);
+      Campaign without = prepare(ship, all_without_frozen(), campaign_options);
+      const double evidence = log_evidence(fit_null(without, fit_options)) + log_jacobian({suspect}, reread_recordings);
+      if (!(evidence > most)) continue;
+      most = evidence;
+      told = suspect;
+    }
+    if (told) {
+      const auto ways = static_cast<double>(findings.audit.hypotheses.size());
+      told->p_value = std::min(told->p_value, ways * std::exp(as_is - most));  // Markov's inequality
+      findings.audit.faults.push_back(*told);
+      findings.audit.verdict = Audit::Verdict::faulty;
+      findings.audit.notices.push_back(
+          fmt::format("{}: the kinematics leave it open, but without it the simulator follows the recordings better "
+                      "(log-odds {:.0f})",
+                      told->name, most - as_is));
+      findings.corrected = true;
+    }
+    take_out(findings.audit.faults);
+    if (told) examine();
+  }
+  if (options.correct && !ensemble &&
+      std::any_of(findings.audit.faults.begin(), findings.audit.faults.end(), can_be_compared)) {
+    refine(findings.audit.faults, [&](const std::vector<Fault>& faults) {
+      take_out(faults);
+      Campaign without = prepare(ship, all_without_frozen(), campaign_options);
+      return log_evidence(follow(without, fit, {}, options.jobs)) + log_jacobian(faults, reread_recordings);
+    });
+    take_out(findings.audit.faults);
+    examine();
   }
   if (findings.detection.p_value < options.false_alarm && !ensemble)
     if (const std::optional<Reading> reading = told_by_fit(campaign, fit, findings.conventions, options)) {
