@@ -729,6 +729,15 @@ struct Search {
           late = c;
       if (late) best = *late;
     }
+    // A factor of the log, one number, stands before offsets, two, unless they are clearly better.
+    if (last(tried[best]).name == "log-bias") {
+      std::optional<std::size_t> factor;
+      for (std::size_t c = 0; c < tried.size(); ++c)
+        if (last(tried[c]).name == "log-scale" && worth(c).first == worth(best).first &&
+            !is_clear(heldout_gain(tried[best], tried[c])) && (!factor || worth(c) > worth(*factor)))
+          factor = c;
+      if (factor) best = *factor;
+    }
     for (std::size_t c = 0; c < best; ++c)
       if (last(tried[c]).name == last(tried[best]).name && worth(c).first == worth(best).first &&
           !is_clear(heldout_gain(tried[best], tried[c])))

@@ -33,7 +33,6 @@ constexpr double kFarLikelier = 10.0;     // log-odds by which a fit contradicts
 constexpr std::size_t kMostCompared = 3;  // effects that may be missing instead
 constexpr double kSuspected = 0.2;        // p-value of a fault that the simulator is asked about
 constexpr std::size_t kMostSuspects = 2;
-constexpr double kSmallestShare = 0.3;  // of the audit's standard error, that is left with the simulator's help
 
 // The verdict with the reason for it.
 void judge(Findings& findings, double scan_p_value) {
@@ -356,24 +355,20 @@ void refine(std::vector<Fault>& faults, const EvidenceOf& evidence_of) {
         // Several channels may have one number.
         const Estimate now = numbers[i], &audited = of_audit[f].parameters[i];
         while (next < numbers.size() && numbers[next].value == now.value && numbers[next].sd == now.sd) ++next;
-        const auto set = [&](double value, double sd) {
-          for (std::size_t k = i; k < next; ++k) numbers[k].value = value, numbers[k].sd = sd;
+        const auto set = [&](double value) {
+          for (std::size_t k = i; k < next; ++k) numbers[k].value = value;
         };
         const double step = 0.5 * now.sd;
         const auto evidence_at = [&](double value) {
-          set(value, now.sd);
+          set(value);
           return evidence_of(faults);
         };
         const double here = evidence_at(now.value), above = evidence_at(now.value + step),
                      below = evidence_at(now.value - step);
         const double slope = (above - below) / (2.0 * step), bend = (above + below - 2.0 * here) / (step * step);
-        if (!(bend < 0.0)) {
-          set(now.value, now.sd);
-          continue;
-        }
-        const double best =
-            std::clamp(now.value - slope / bend, audited.value - 2.0 * audited.sd, audited.value + 2.0 * audited.sd);
-        set(best, std::clamp(std::sqrt(-1.0 / bend), kSmallestShare * audited.sd, audited.sd));
+        set(bend < 0.0 ? std::clamp(now.value - slope / bend, audited.value - 2.0 * audited.sd,
+                                    audited.value + 2.0 * audited.sd)
+                       : now.value);
       }
     }
   for (Fault& fault : faults)
