@@ -98,7 +98,7 @@ TEST_CASE("ens-train: what a kill leaves half written is removed", "[cli][ens]")
 
 TEST_CASE("ens-train: SIGTERM and SIGINT write a checkpoint and say how to go on", "[cli][ens]") {
   const TemporaryFolder folder;
-  write_long_training(folder, 2000);
+  write_long_training(folder, 6000);
   const std::string train = kTrain + "long.json --members 2 --checkpoint-s 0.1 ";
   done(folder, train + "-o whole");
   for (const std::string signal : {"TERM", "INT"}) {
