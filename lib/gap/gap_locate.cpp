@@ -302,7 +302,6 @@ std::vector<Fault> suspects_of(const Audit& audit) {
   for (const Fault& fault : audit.hypotheses) {
     const auto is_same = [&](const Fault& other) { return other.name == fault.name; };
     if (fault.p_value < kSuspected && can_be_compared(fault) && fault.heldout_gain > 0.0 &&
-        std::none_of(audit.faults.begin(), audit.faults.end(), is_same) &&
         std::none_of(suspects.begin(), suspects.end(), is_same))
       suspects.push_back(fault);
   }
@@ -454,13 +453,14 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
   FitOptions fit_options;
   fit_options.jobs = options.jobs;
   fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
-  const auto examine = [&] {
+  const auto fit_anew = [&] {
     progress(0.10, "fit within the stated uncertainty");
     campaign = prepare(ship, all_without_frozen(), campaign_options);
     fit = fit_null(campaign, fit_options);
     findings.fit = fit.report;
     if (ensemble) findings.ensemble = use_of(*ensemble, fit);
-
+  };
+  const auto examine = [&] {
     progress(0.60, "effects of the catalogue");
     const EffectLibrary library(campaign, fit);
     DetectOptions detect_options;
@@ -470,7 +470,7 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
     findings.detection = detect(campaign, fit, library, detect_options);
     findings.detection.untested = untested_of(library, findings.detection);
   };
-  examine();
+  fit_anew();
   // A faint fault, taken out where there is none, would look like missing physics.
   std::erase_if(certain, [&](const Fault& f) { return is_faint(f, options.false_alarm) && can_be_compared(f); });
   if (findings.corrected && !ensemble && certain.size() < findings.audit.faults.size()) {
@@ -480,7 +480,7 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
     };
     const double with = log_likelihood(findings.audit.faults);
     take_out(certain);
-    examine();
+    fit_anew();
     const double gained = log_likelihood(certain) - with;
     if (gained > kContradicted) {
       withdraw(findings, std::move(certain),
@@ -488,20 +488,18 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
       findings.corrected = !findings.audit.faults.empty() || !findings.conventions.contradicted.empty();
     } else {
       take_out(findings.audit.faults);
-      examine();
+      fit_anew();
     }
   }
   // A fault that the kinematics leave open can look like missing physics: taken out, nothing missing is then far
   // likelier, and likelier than any one effect with the fault left in.
   if (const std::vector<Fault> suspects = suspects_of(findings.audit);
-      options.correct && !ensemble && !suspects.empty()) {
+      findings.audit.faults.empty() && options.correct && !ensemble && !suspects.empty()) {
     const double as_is = log_evidence(fit);
     double most = std::max(best_evidence(campaign, fit, options) + kContradicted, as_is + kFarLikelier);
     std::optional<Fault> told;
     for (const Fault& suspect : suspects) {
-      std::vector<Fault> faults = findings.audit.faults;
-      faults.push_back(suspect);
-      take_out(faults);
+      take_out({suspect});
       Campaign without = prepare(ship, all_without_frozen(), campaign_options);
       const double evidence = log_evidence(fit_null(without, fit_options)) + log_jacobian({suspect}, reread_recordings);
       if (!(evidence > most)) continue;
@@ -520,7 +518,7 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
       findings.corrected = true;
     }
     take_out(findings.audit.faults);
-    if (told) examine();
+    if (told) fit_anew();
   }
   if (options.correct && !ensemble &&
       std::any_of(findings.audit.faults.begin(), findings.audit.faults.end(), can_be_compared)) {
@@ -530,14 +528,16 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
       return log_evidence(follow(without, fit, {}, options.jobs)) + log_jacobian(faults, reread_recordings);
     });
     take_out(findings.audit.faults);
-    examine();
+    fit_anew();
   }
+  examine();
   if (findings.detection.p_value < options.false_alarm && !ensemble)
     if (const std::optional<Reading> reading = told_by_fit(campaign, fit, findings.conventions, options)) {
       findings.conventions.contradicted.push_back(*reading);
       if (options.correct) {
         findings.corrected = true;
         for (Trajectory& recording : recordings) recording = reread(recording, {*reading});
+        fit_anew();
         examine();
       }
     }
