@@ -12,7 +12,7 @@
 namespace leeway {
 namespace {
 
-constexpr double kSameTime = 1e-6;    // of a step
+constexpr double kSameStep = 1e-6;    // of a step
 constexpr double kLimitSlack = 0.02;  // of an actuator's range: measured values overshoot a little
 constexpr int kSlowParts = 10;        // of a sampling time, in which rudders with a memory are followed
 
@@ -168,7 +168,7 @@ RecordedInputs RecordedInputs::through(const RudderResponse& response) const {
 
 StepInputs<double> RecordedInputs::step(double t_s, double dt_s) const {
   // A held value that changes at the end of the step belongs to the next one.
-  const double inside = interpolation_ == InputInterpolation::hold ? kSameTime * dt_s : 0.0;
+  const double inside = interpolation_ == InputInterpolation::hold ? kSameStep * dt_s : 0.0;
   return {at(t_s + inside), at(t_s + 0.5 * dt_s), at(t_s + dt_s - inside)};
 }
 
@@ -193,7 +193,7 @@ Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedI
   const Model<double> model(ship);
   const RecordedInputs acting = inputs.through(model.effects.rudder_response());
   const double t0 = recording[Channel::t][first], duration = recording[Channel::t].back() - t0;
-  const auto samples = static_cast<std::size_t>(duration / grid.sample_s + kSameTime);
+  const auto samples = static_cast<std::size_t>(duration / grid.sample_s + kSameStep);
   Trajectory result;
   for (std::size_t k = 0;; ++k) {
     const double t_s = t0 + grid_time(k, grid.sample_s);

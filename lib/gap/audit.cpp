@@ -17,6 +17,7 @@
 #include "gap/channel_quality.hpp"
 #include "gap/kinematic_windows.hpp"
 #include "gap/sensor_faults.hpp"
+#include "gap/words.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -772,8 +773,6 @@ struct Search {
     return std::nullopt;
   }
 };
-
-std::string percent(double share) { return fmt::format("{:.1f} %", 100.0 * share); }
 
 void note_channels(const std::vector<Trajectory>& recordings, Audit& result) {
   for (const ChannelQuality& quality : result.channels) {

@@ -14,22 +14,22 @@
 namespace leeway::gap {
 namespace {
 
-using Effect = VaryingCurrent<double>;
-using Course = Eigen::Matrix<double, Effect::kCosines, 1>;
-using CourseCovariance = Eigen::Matrix<double, Effect::kCosines, Effect::kCosines>;
+using CurrentEffect = VaryingCurrent<double>;
+using Course = Eigen::Matrix<double, CurrentEffect::kCosines, 1>;
+using CourseCovariance = Eigen::Matrix<double, CurrentEffect::kCosines, CurrentEffect::kCosines>;
 
 constexpr int kQuadrature = 60;  // points in time
 constexpr int kGrid = 40;        // values of the standard deviation and of the time constant
 constexpr double kWidest = 8.0;  // sd
 
 const Prior& prior_of(std::size_t parameter, const Ship& ship) {
-  return Effect::parameters[parameter].prior(ship.particulars.L_pp);
+  return CurrentEffect::parameters[parameter].prior(ship.particulars.L_pp);
 }
 
 // Covariance of the cosines of one component of an Ornstein-Uhlenbeck process with variance 1 over a course.
 //   tau  time constant by the course's length
 CourseCovariance of_process(double tau) {
-  Eigen::Matrix<double, Effect::kCosines, kQuadrature> project;
+  Eigen::Matrix<double, CurrentEffect::kCosines, kQuadrature> project;
   for (Eigen::Index k = 0; k < project.rows(); ++k)
     for (int i = 0; i < kQuadrature; ++i)
       project(k, i) =
@@ -41,7 +41,7 @@ CourseCovariance of_process(double tau) {
 }
 
 std::string cosine_name(std::size_t axis, std::size_t k) {
-  return std::string(Effect::parameters[Effect::kCourse + 2 * k + axis].name);
+  return std::string(CurrentEffect::parameters[CurrentEffect::kCourse + 2 * k + axis].name);
 }
 
 // Median, standard deviation and 95 % interval of values with weights, in equal steps of the logarithm.
@@ -64,13 +64,13 @@ FreeEffect::Parameter summed_up(const std::string& name, const std::vector<doubl
 Course units_of(const FreeEffect& course) {
   const std::vector<double> at_one = course.values(Eigen::VectorXd::Ones(course.size()));
   Course units;
-  for (std::size_t k = 0; k < Effect::kCosines; ++k)
-    units[static_cast<Eigen::Index>(k)] = at_one[Effect::kCourse + 2 * k];
+  for (std::size_t k = 0; k < CurrentEffect::kCosines; ++k)
+    units[static_cast<Eigen::Index>(k)] = at_one[CurrentEffect::kCourse + 2 * k];
   return units;
 }
 
 double length_s(const FreeEffect& course) {
-  return course.values(Eigen::VectorXd::Zero(course.size()))[Effect::kLength];
+  return course.values(Eigen::VectorXd::Zero(course.size()))[CurrentEffect::kLength];
 }
 
 }  // namespace
@@ -89,7 +89,7 @@ FreeEffect::Choice current_course(const Campaign& campaign) {
                   {"course_start_s", begin_s},
                   {"course_s", std::max(end_s - begin_s, 1.0)}};
   const CourseCovariance covariance = of_process(tau_s / choice.fixed["course_s"]);
-  for (std::size_t k = 0; k < Effect::kCosines; ++k) {
+  for (std::size_t k = 0; k < CurrentEffect::kCosines; ++k) {
     const auto place = static_cast<Eigen::Index>(k);
     const double sd = prior_of(0, campaign.ship).sd * std::sqrt(covariance(place, place));
     for (const std::size_t axis : {0, 1})
@@ -112,7 +112,7 @@ std::vector<CurrentPath> current_paths(const Campaign& campaign, const Hypothesi
       if (effect.recording().value_or(r) != r) continue;
       CurrentPath path{campaign.recordings[r].name, campaign.recordings[r][Channel::t], {}, {}};
       for (const double t : path.t_s) {
-        const double share = std::clamp((t - values[Effect::kStart]) / values[Effect::kLength], 0.0, 1.0);
+        const double share = std::clamp((t - values[CurrentEffect::kStart]) / values[CurrentEffect::kLength], 0.0, 1.0);
         Vec2<double> velocity, sd;
         for (Eigen::Index axis = 0; axis < 2; ++axis) {
           Eigen::VectorXd slope = Eigen::VectorXd::Zero(size);
@@ -183,8 +183,8 @@ std::vector<FreeEffect::Parameter> current_process(const Ship& ship, const std::
       of_sd[s] += weight;
       of_tau[t] += weight;
     }
-  return {summed_up(std::string(Effect::parameters[0].name), sds, of_sd),
-          summed_up(std::string(Effect::parameters[1].name), taus, of_tau)};
+  return {summed_up(std::string(CurrentEffect::parameters[0].name), sds, of_sd),
+          summed_up(std::string(CurrentEffect::parameters[1].name), taus, of_tau)};
 }
 
 }  // namespace leeway::gap

@@ -19,7 +19,7 @@ constexpr double kFlat = 100.0;            // prior sd of an effect, by its nomi
 constexpr double kLeastInformation = 1.0;  // d'^2 at nominal strength below which an effect is not excited
 constexpr double kLeastEigenvalue = 1e-3;  // of the correlation matrix of an effect's columns
 constexpr double kBlock_s = 60.0;          // at 3 m
-constexpr std::size_t kDraws = 20000;
+constexpr std::size_t kScoreDraws = 20000;
 constexpr std::size_t kFolds = 8;
 
 // Everything about one effect with the noise levels that fit it best.
@@ -256,17 +256,17 @@ Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLi
   for (const Evidence& part : parts) total += part;
   const Projected projected = project(total, fit.theta, wide_sd);
 
-  struct Candidate {
+  struct TestedEffect {
     std::size_t effect;
     ScoreTest test;
     Screened screened;
   };
-  std::vector<Candidate> candidates;
+  std::vector<TestedEffect> candidates;
   for (const std::size_t e : all) {
     const EffectLibrary::Entry& entry = library.entries()[e];
     const Eigen::VectorXd b = projected.b.segment(entry.first, entry.count);
     const Eigen::MatrixXd F = projected.F.block(entry.first, entry.first, entry.count, entry.count);
-    Candidate candidate{e, score_test(b, F), {}};
+    TestedEffect candidate{e, score_test(b, F), {}};
     if (candidate.test.rank == 0 || (entry.is_one_sided && candidate.test.beta[0] < 0.0)) continue;
     candidate.screened.name = entry.name;
     candidate.screened.p_value = chi_squared_survival(candidate.test.statistic, candidate.test.rank);
@@ -292,7 +292,7 @@ Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLi
     const EffectLibrary::Entry& a = library.entries()[candidates[static_cast<std::size_t>(i)].effect];
     result.compared.push_back(a.name);
     for (Eigen::Index j = 0; j < n; ++j) {
-      const Candidate& other = candidates[static_cast<std::size_t>(j)];
+      const TestedEffect& other = candidates[static_cast<std::size_t>(j)];
       const EffectLibrary::Entry& b = library.entries()[other.effect];
       const Eigen::MatrixXd cross = projected.F.block(a.first, b.first, a.count, b.count);
       const double own = projected.F.block(a.first, a.first, a.count, a.count).trace();
@@ -302,7 +302,7 @@ Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLi
   }
 
   std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.screened.p_value < b.screened.p_value; });
+            [](const TestedEffect& a, const TestedEffect& b) { return a.screened.p_value < b.screened.p_value; });
   for (std::size_t i = 0; i < std::min(options.refitted, candidates.size()); ++i) {
     const Refit better = refit(campaign, fit, library, candidates[i].effect, wide_sd, options.jobs);
     candidates[i].screened.p_value = better.p_value;
@@ -310,7 +310,7 @@ Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLi
     candidates[i].screened.heldout_gain_sd = better.gain_sd;
   }
   std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.screened.p_value < b.screened.p_value; });
+            [](const TestedEffect& a, const TestedEffect& b) { return a.screened.p_value < b.screened.p_value; });
 
   // How often the smallest of all p-values is as small where there is nothing: the scores are N(0, F).
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(projected.F);
@@ -321,22 +321,22 @@ Detection detect(const Campaign& campaign, const FittedNull& fit, const EffectLi
   const double level = std::max(best, 1e-3);
   std::size_t hits = 0;
   Eigen::VectorXd standard(count);
-  for (std::size_t d = 0; d < kDraws; ++d) {
+  for (std::size_t d = 0; d < kScoreDraws; ++d) {
     for (Eigen::Index i = 0; i < count; ++i) standard[i] = random.normal();
     const Eigen::VectorXd b = root * standard;
     bool hit = false;
-    for (const Candidate& candidate : candidates) {
+    for (const TestedEffect& candidate : candidates) {
       const EffectLibrary::Entry& entry = library.entries()[candidate.effect];
       const auto part = b.segment(entry.first, entry.count);
       hit = hit || chi_squared_survival(part.dot(candidate.test.inverse * part), candidate.test.rank) <= level;
     }
     hits += hit ? 1 : 0;
   }
-  const double share = static_cast<double>(hits + 1) / static_cast<double>(kDraws + 1);
+  const double share = static_cast<double>(hits + 1) / static_cast<double>(kScoreDraws + 1);
   result.p_value = std::min(1.0, share * best / level);
   result.heldout_gain = candidates.front().screened.heldout_gain;
   result.heldout_gain_sd = candidates.front().screened.heldout_gain_sd;
-  for (const Candidate& candidate : candidates) result.effects.push_back(candidate.screened);
+  for (const TestedEffect& candidate : candidates) result.effects.push_back(candidate.screened);
   return result;
 }
 

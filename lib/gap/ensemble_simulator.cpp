@@ -13,10 +13,10 @@
 namespace leeway::gap {
 namespace {
 
-constexpr double kPaperLength_m = 3.0;  // of the ship that the ensemble paper learns with time steps of 1 s
-constexpr double kSlowest = 1.5;        // sampling time by the time step: ens-predict bridges no longer holes
-constexpr double kMargin = 0.1;         // of an input's range, as the networks beside a ship fade out
-constexpr double kDifference = 0.05;    // of an input's standard deviation: networks are single precision
+constexpr double kPaperLength_m = 3.0;     // of the ship that the ensemble paper learns with time steps of 1 s
+constexpr double kSlowest = 1.5;           // sampling time by the time step: ens-predict bridges no longer holes
+constexpr double kMargin = 0.1;            // of an input's range, as the networks beside a ship fade out
+constexpr double kInputDifference = 0.05;  // of an input's standard deviation: networks are single precision
 
 // The ship as far as an ensemble without a base knows it.
 Ship ship_of(const ensemble::EnsembleHeader& header, double L_pp_m) {
@@ -126,9 +126,10 @@ EnsembleSteps::Step EnsembleSteps::advance(const Eigen::Matrix<double, 11, 1>& x
   if (with_derivatives) {
     differences.push_back({2, 0.01});
     for (Eigen::Index i = 0; i < 3; ++i)
-      differences.push_back({3 + i, kDifference * spreads[static_cast<std::size_t>(i)].sd});
+      differences.push_back({3 + i, kInputDifference * spreads[static_cast<std::size_t>(i)].sd});
     if (header.inputs.wind)
-      for (Eigen::Index i = 0; i < 2; ++i) differences.push_back({9 + i, kDifference * spreads[spreads.size() - 2].sd});
+      for (Eigen::Index i = 0; i < 2; ++i)
+        differences.push_back({9 + i, kInputDifference * spreads[spreads.size() - 2].sd});
   }
   const Eigen::Index n = 1 + 2 * static_cast<Eigen::Index>(differences.size());
   const auto members = static_cast<double>(ensemble.members());

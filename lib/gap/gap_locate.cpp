@@ -341,7 +341,8 @@ double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajecto
 }
 
 // The numbers of faults at which the simulator follows the recordings best, within two standard errors of the audit:
-// what is left of a bias looks like missing physics. A parabola in one number after the other.
+// what is left of a bias looks like missing physics. A parabola in one number after the other, and once more in those
+// that moved farther than it was drawn.
 //   evidence_of  of nothing missing, with faults taken out
 template <typename EvidenceOf>
 void refine(std::vector<Fault>& faults, const EvidenceOf& evidence_of) {
@@ -358,6 +359,7 @@ void refine(std::vector<Fault>& faults, const EvidenceOf& evidence_of) {
           for (std::size_t k = i; k < next; ++k) numbers[k].value = value;
         };
         const double step = 0.5 * now.sd;
+        if (round > 0 && std::abs(now.value - audited.value) <= step) continue;
         const auto evidence_at = [&](double value) {
           set(value);
           return evidence_of(faults);
@@ -453,10 +455,10 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
   FitOptions fit_options;
   fit_options.jobs = options.jobs;
   fit_options.progress = [&](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
-  const auto fit_anew = [&] {
+  const auto fit_anew = [&](const FittedNull* near_by = nullptr) {
     progress(0.10, "fit within the stated uncertainty");
     campaign = prepare(ship, all_without_frozen(), campaign_options);
-    fit = fit_null(campaign, fit_options);
+    fit = fit_null(campaign, fit_options, near_by);
     findings.fit = fit.report;
     if (ensemble) findings.ensemble = use_of(*ensemble, fit);
   };
@@ -528,7 +530,8 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
       return log_evidence(follow(without, fit, {}, options.jobs)) + log_jacobian(faults, reread_recordings);
     });
     take_out(findings.audit.faults);
-    fit_anew();
+    const FittedNull near_by = std::move(fit);
+    fit_anew(&near_by);
   }
   examine();
   if (findings.detection.p_value < options.false_alarm && !ensemble)

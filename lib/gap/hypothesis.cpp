@@ -15,7 +15,7 @@ namespace leeway::gap {
 namespace {
 
 constexpr double kDirectionUnit_deg = 143.61952130254163;  // 360/sqrt(2 pi)
-constexpr std::size_t kDraws = 4000;                       // for intervals of parameters that bend with z
+constexpr std::size_t kPosteriorDraws = 4000;              // for intervals of parameters that bend with z
 // Of the logarithm of a factor that is missing physics: wider than what a coefficient's own uncertainty explains, so
 // that the factor and not the coefficient takes what is off.
 constexpr double kFactorSd = 0.6;
@@ -187,7 +187,7 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
   RandomStream random(1, "effect parameters");
   std::vector<std::vector<double>> draws(parameters_.size());
   Eigen::VectorXd standard(mean.size());
-  for (std::size_t d = 0; d < kDraws; ++d) {
+  for (std::size_t d = 0; d < kPosteriorDraws; ++d) {
     for (Eigen::Index i = 0; i < standard.size(); ++i) standard[i] = random.normal();
     const std::vector<double> drawn = values(mean + root * standard);
     for (std::size_t i = 0; i < drawn.size(); ++i) draws[i].push_back(drawn[i]);
@@ -201,9 +201,9 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
     std::sort(x.begin(), x.end());
     double square = 0.0;
     for (const double value : x) square += (value - best[i]) * (value - best[i]);
-    const auto quantile = [&](double share) { return x[static_cast<std::size_t>(share * (kDraws - 1))]; };
-    result.push_back(
-        {std::string(parameters_[i].name), best[i], std::sqrt(square / kDraws), quantile(0.025), quantile(0.975)});
+    const auto quantile = [&](double share) { return x[static_cast<std::size_t>(share * (kPosteriorDraws - 1))]; };
+    result.push_back({std::string(parameters_[i].name), best[i], std::sqrt(square / kPosteriorDraws), quantile(0.025),
+                      quantile(0.975)});
   };
   for (const Coordinate& c : coordinates_) {
     add(c.parameter);

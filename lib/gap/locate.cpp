@@ -20,13 +20,13 @@ namespace {
 constexpr std::size_t kMostBlocks = 250;
 constexpr std::size_t kScanDraws = 2000;
 constexpr std::size_t kMostIntervals = 8, kMostUntrained = 16;
-constexpr double kMostlyOutside = 0.5;    // share of an interval's points beyond the training data
-constexpr double kOneMemberMore = 1e-3;   // probability of a member that differs as much
-constexpr double kLongestShare = 0.6;     // of all blocks: longer is no interval
-constexpr double kLeastLeft = 0.1;        // of the variance of a run, when the parameters have taken what they can
-constexpr double kSmall = 0.2;            // of the typical acceleration: see Interval::is_small
-constexpr double kReference_mps2 = 5e-4;  // accelerations are counted in this, yaw at 0.25 L_pp from midship
-constexpr int kActiveBlocks = 4;          // an acceleration is forgotten by then
+constexpr double kMostlyOutside = 0.5;     // share of an interval's points beyond the training data
+constexpr double kOneMemberMore = 1e-3;    // probability of a member that differs as much
+constexpr double kLongestShare = 0.6;      // of all blocks: longer is no interval
+constexpr double kLeastUnexplained = 0.1;  // of the variance of a run, when the parameters have taken what they can
+constexpr double kSmall = 0.2;             // of the typical acceleration: see Interval::is_small
+constexpr double kReference_mps2 = 5e-4;   // accelerations are counted in this, yaw at 0.25 L_pp from midship
+constexpr int kActiveBlocks = 4;           // an acceleration is forgotten by then
 
 double gyration(const Ship& ship) { return 0.25 * ship.particulars.L_pp; }
 
@@ -218,7 +218,7 @@ Runs all_runs(const BlockEvidence& evidence) {
         }
         variance += evidence.F(c, c);
         given += evidence.F_given(c, c);
-        if (variance < std::max(1e-6, kLeastLeft * given)) continue;
+        if (variance < std::max(1e-6, kLeastUnexplained * given)) continue;
         result.runs.push_back({i, j + 1, axis});
         result.variance.push_back(variance);
       }

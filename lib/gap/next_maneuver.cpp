@@ -18,7 +18,7 @@
 namespace leeway::gap {
 namespace {
 
-constexpr std::size_t kDraws = 4000;
+constexpr std::size_t kOutcomeDraws = 4000;
 constexpr double kApart = 1e4;  // squared distance of what nothing could confuse
 
 // One run of a maneuver: from a ship under way, turned to a heading.
@@ -184,7 +184,7 @@ double expected_certainty(const Eigen::MatrixXd& squared_distance, const std::ve
       eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();  // one per row
   RandomStream random(seed, "next-maneuver");
   double sum = 0.0;
-  for (std::size_t d = 0; d < kDraws; ++d) {
+  for (std::size_t d = 0; d < kOutcomeDraws; ++d) {
     Eigen::RowVectorXd noise(n);
     for (Eigen::Index i = 0; i < n; ++i) noise[i] = random.normal();
     for (Eigen::Index truth = 0; truth < n; ++truth) {
@@ -197,7 +197,7 @@ double expected_certainty(const Eigen::MatrixXd& squared_distance, const std::ve
       sum += probability[static_cast<std::size_t>(truth)] * p.maxCoeff() / p.sum();
     }
   }
-  return sum / static_cast<double>(kDraws);
+  return sum / static_cast<double>(kOutcomeDraws);
 }
 
 std::vector<NextManeuver> next_maneuvers(const Campaign& campaign, const std::vector<const Fitted*>& hypotheses,

@@ -26,12 +26,12 @@ constexpr double kLargestStep = 0.3;                         // of theta in one 
 constexpr double kLargestTimingStep = 3.0;                   // of the timing, which is no logarithm
 constexpr double kLargestEffectStep = 1.0;                   // of a coordinate
 constexpr double kLeastDamping = 0.3, kMostDamping = 20.0, kDampingFactor = 4.0;
-constexpr double kLeastGain = 0.01;     // of the log posterior by a step
-constexpr double kTellingGain = 0.1;    // of the log posterior, by which steps are judged
-constexpr double kNearer = 0.8;         // or so much nearer to where its slope vanishes
-constexpr double kDifference = 0.02;    // for derivatives by ln level
-constexpr double kLeastError = 0.005;   // of the typical acceleration: steps, means and inputs are no better
-constexpr double kEventBlock_s = 10.0;  // at 3 m
+constexpr double kLeastGain = 0.01;        // of the log posterior by a step
+constexpr double kTellingGain = 0.1;       // of the log posterior, by which steps are judged
+constexpr double kNearer = 0.8;            // or so much nearer to where its slope vanishes
+constexpr double kLevelDifference = 0.02;  // for derivatives by ln level
+constexpr double kLeastError = 0.005;      // of the typical acceleration: steps, means and inputs are no better
+constexpr double kEventBlock_s = 10.0;     // at 3 m
 constexpr double kEvent = 16.0, kStillEvent = 4.0;  // mean square of the model error in a block by the usual one
 constexpr double kMedianSquare = 0.6;               // median of the mean square of about two independent values
 constexpr int kFreeSteps = 8;                       // iterations in which steps need not make the recordings likelier
@@ -102,15 +102,16 @@ class LevelCost final : public ceres::FirstOrderFunction {
     std::vector<Levels> points{h};
     if (gradient != nullptr)
       for (const int i : problem_.free)
-        for (const double sign : {1.0, -1.0}) points.push_back(h + sign * kDifference * Levels::Unit(i));
+        for (const double sign : {1.0, -1.0}) points.push_back(h + sign * kLevelDifference * Levels::Unit(i));
     const std::vector<double> costs = problem_.costs(points);
     if (!std::all_of(costs.begin(), costs.end(), [](double c) { return std::isfinite(c); })) return false;
     *cost = costs[0];
     if (gradient != nullptr)
       for (std::size_t i = 0; i < problem_.free.size(); ++i) {
         const int level = problem_.free[i];
-        gradient[i] = unit_[level] * (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kDifference);
-        const double curvature = (costs[1 + 2 * i] + costs[2 + 2 * i] - 2.0 * costs[0]) / (kDifference * kDifference);
+        gradient[i] = unit_[level] * (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kLevelDifference);
+        const double curvature =
+            (costs[1 + 2 * i] + costs[2 + 2 * i] - 2.0 * costs[0]) / (kLevelDifference * kLevelDifference);
         next_unit_[level] = 1.0 / std::sqrt(std::clamp(curvature, 1.0, 1e6));
       }
     return true;
@@ -587,7 +588,7 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
 
 }  // namespace
 
-FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
+FittedNull fit_null(Campaign& campaign, const FitOptions& options, const FittedNull* near_by) {
   FittedNull fit;
   if (campaign.ensemble)
     fit.parameters = {timing_parameter()};  // what the ensemble may err by is its members' spread
@@ -604,6 +605,10 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options) {
   fit.level_prior_sd.setConstant(3.0);
   fit.level_prior_sd[kTauLevel] = 0.5;
   fit.level_prior_sd[kWindLevel] = 1.0;
+  if (near_by) {
+    fit.theta = near_by->theta;
+    fit.noise = near_by->noise;
+  }
 
   const Hypothesis nothing;
   Climb climb(campaign, fit, nothing, options, true);

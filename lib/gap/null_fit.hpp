@@ -41,7 +41,8 @@ struct FitOptions {
 /// BFGS (Ceres). Measurements farther than 6 sd from what all others predict are left out and counted. Where the model
 /// error of a block of 10 s (at 3 m) has more than 16 times its mean square, something acts that comes and goes: there
 /// it may be as large as it is, so that a tug or a mooring line does not count as the simulator's everyday error.
-FittedNull fit_null(Campaign& campaign, const FitOptions& options);
+///   near_by  where to begin: parameters and noise levels of nearly the same recordings
+FittedNull fit_null(Campaign& campaign, const FitOptions& options, const FittedNull* near_by = nullptr);
 
 /// The same with effects whose coordinates are fitted beside the coefficients, from another fit on: its data, paths,
 /// noise levels and events are where it begins, and its prior widths hold; the noise of the measurements is known then.

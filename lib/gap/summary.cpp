@@ -13,9 +13,9 @@
 namespace leeway::gap {
 namespace {
 
-constexpr std::size_t kWidth = 100, kLabel = 12;
-constexpr double kStrong = 3.0;                     // nats of evidence below which nothing is said
-constexpr double kSettled = 0.95, kTelling = 0.02;  // probability of the right name, and a gain in it
+constexpr std::size_t kLineWidth = 100, kLabel = 12;
+constexpr double kStrong = 3.0;                       // nats of evidence below which nothing is said
+constexpr double kToldApart = 0.95, kTelling = 0.02;  // probability of the right name, and a gain in it
 
 // Characters, not bytes: UTF-8 continuation bytes do not count.
 std::size_t length(std::string_view text) {
@@ -34,7 +34,7 @@ std::string_view head(std::string_view text, std::size_t characters) {
 
 // Lines that leave room for the label; words longer than a line are cut.
 std::vector<std::string> wrapped(std::string_view words) {
-  constexpr std::size_t room = kWidth - kLabel;
+  constexpr std::size_t room = kLineWidth - kLabel;
   std::vector<std::string> lines(1);
   for (std::size_t begin = 0; begin < words.size();) {
     const std::size_t end = std::min(words.find_first_of(" \t\r\n", begin), words.size());
@@ -56,8 +56,8 @@ class Screen {
     if (lines.size() > max_lines) {
       lines.resize(max_lines);
       std::string& last = lines.back();
-      if (length(last) > kWidth - kLabel - 4) {
-        last = head(last, kWidth - kLabel - 4);
+      if (length(last) > kLineWidth - kLabel - 4) {
+        last = head(last, kLineWidth - kLabel - 4);
         last.resize(std::min(last.rfind(' '), last.size()));
       }
       last += " ...";
@@ -217,7 +217,8 @@ std::string next_step(const Explanation& explanation, const Explained* what) {
     // The shortest that settles it, or else the most telling.
     const NextManeuver* best = nullptr;
     for (const NextManeuver& maneuver : explanation.next)
-      if (maneuver.p_right >= kSettled && (best == nullptr || maneuver.duration_s < best->duration_s)) best = &maneuver;
+      if (maneuver.p_right >= kToldApart && (best == nullptr || maneuver.duration_s < best->duration_s))
+        best = &maneuver;
     if (best == nullptr) best = &explanation.next.front();
     if (best->p_right > explanation.p_right + kTelling)
       return fmt::format("record {} ({:.0f} s; mmg-sim {}): probability of the right name {:.2f} -> {:.2f}", best->name,

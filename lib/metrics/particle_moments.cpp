@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMostNumbers = 10'000'000;  // of steps or particles: what lies above is a damaged file
 
 // Spreads particle numbers over all bits, so that different sets of them have different sums.
-std::size_t mix(std::size_t x) {
+std::size_t spread(std::size_t x) {
   x = (x + 0x9e3779b97f4a7c15ULL) * 0xbf58476d1ce4e5b9ULL;
   return (x ^ (x >> 29)) * 0x94d049bb133111ebULL;
 }
@@ -36,7 +36,7 @@ void add_row(PredictedSequence& sequence, const io::PredictionRow& row, const io
                      fmt::format("got {} s, but other particles of recording '{}', sequence {}, step {} are at {} s",
                                  row.t_s, row.recording, row.sequence, row.step, step.t_s));
   step.moments.add(row.nu, row.eta(0), row.eta(1));
-  step.particle_hash += mix(row.particle);
+  step.particle_hash += spread(row.particle);
 
   if (row.particle >= sequence.member_of_particle.size())
     sequence.member_of_particle.resize(row.particle + 1, kNoMember);
@@ -50,7 +50,7 @@ void check_complete(const PredictedRecording& recording, std::size_t number, con
   for (std::size_t i = 0; i < sequence.member_of_particle.size(); ++i)
     if (sequence.member_of_particle[i] != kNoMember) {
       ++particles;
-      hash += mix(i);
+      hash += spread(i);
     }
   for (std::size_t k = 0; k < sequence.steps.size(); ++k) {
     const PredictedSequence::Step& step = sequence.steps[k];

@@ -21,14 +21,14 @@ struct State {
   double u, v, r, n, delta_deg;
 };
 
-struct Point {
+struct OperatingPoint {
   Vec3<double> nu;
   Actuators<double> actuators;
 };
 
-Point point_of(const Ship& ship, const State& s) {
+OperatingPoint point_of(const Ship& ship, const State& s) {
   const double U = ship.u0_mps;
-  Point point{{s.u * U, s.v * U, s.r * U / ship.particulars.L_pp}, {}};
+  OperatingPoint point{{s.u * U, s.v * U, s.r * U / ship.particulars.L_pp}, {}};
   for (const Actuator& a : ship.actuators) {
     if (a.is_rudder()) point.actuators[a.channel] = s.delta_deg * kDegree;
     if (a.channel == Channel::n_p) point.actuators[a.channel] = s.n * a.initial;
@@ -38,7 +38,7 @@ Point point_of(const Ship& ship, const State& s) {
 }
 
 Vec3<double> force(const Ship& ship, const State& s) {
-  const Point point = point_of(ship, s);
+  const OperatingPoint point = point_of(ship, s);
   return ForceModules<double>(ship).force(point.nu, point.actuators, {0.3 * ship.u0_mps, -0.6 * ship.u0_mps});
 }
 
@@ -54,7 +54,7 @@ template <typename Line>
 double largest_step(const Ship& ship, const Line& state, double a, double b) {
   const ForceModules<double> modules(ship);
   const auto at = [&](double x) {
-    const Point point = point_of(ship, state(x));
+    const OperatingPoint point = point_of(ship, state(x));
     return nondimensional(ship, modules.force(point.nu, point.actuators, Vec2<double>::Zero()));
   };
   const auto change = [&](double x, double y) { return (at(x) - at(y)).cwiseAbs().maxCoeff(); };
@@ -89,7 +89,7 @@ TEST_CASE("branches: every ship has finite forces and accelerations in any motio
             for (const double delta : {-105.0, -37.5, 0.0, 35.0, 105.0}) {
               CAPTURE(name, u, v, r, n, delta);
               const State state{u, v, r, n, delta};
-              const Point point = point_of(ship, state);
+              const OperatingPoint point = point_of(ship, state);
               REQUIRE(model.acceleration(point.nu, point.actuators, {0.0, 0.0}).allFinite());
               largest = std::max(largest, nondimensional(ship, force(ship, state)).cwiseAbs().maxCoeff());
             }
@@ -107,7 +107,7 @@ TEST_CASE("branches: twice the speeds and revolutions give four times the force"
          {State{0.9, 0.1, 0.3, 1.0, 20.0}, State{0.4, -0.5, -0.6, 0.7, -35.0}, State{-0.5, 0.2, 0.2, 1.1, 105.0},
           State{0.6, 0.02, 0.1, -1.0, -105.0}, State{-0.6, -0.02, 0.5, -0.8, 10.0}, State{0.0, 0.0, 0.0, 1.0, 30.0},
           State{0.0, 0.3, 0.0, 0.0, 30.0}, State{0.0, 0.0, 0.9, 0.0, 0.0}}) {
-      const Point point = point_of(ship, state);
+      const OperatingPoint point = point_of(ship, state);
       Actuators<double> twice = point.actuators;
       twice[Channel::n_p] *= 2.0;
       const Vec2<double> wind(0.3, -0.2);

@@ -10,7 +10,7 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
-constexpr double kA = 0.011, kB = -0.007, kC = 0.018, kD = 0.004;  // gradients [1/s], all different
+constexpr double kVxByX = 0.011, kVxByY = -0.007, kVyByX = 0.018, kVyByY = 0.004;  // gradients [1/s], all different
 
 Ship sheared(const Ship& ship, double a, double b, double c, double d, double speed = 0.0, double set_deg = 0.0) {
   return with(ship, "sheared-current",
@@ -39,12 +39,12 @@ TEST_CASE("sheared current: without gradients it is the steady current, to the l
 }
 
 TEST_CASE("sheared current: velocity by place, and the cross flow along the hull as a yaw rate", "[effects]") {
-  const Effects<double> effects(sheared(read_ship("esso-osaka-3m"), kA, kB, kC, kD, 0.2, 90.0));
+  const Effects<double> effects(sheared(read_ship("esso-osaka-3m"), kVxByX, kVxByY, kVyByX, kVyByY, 0.2, 90.0));
   const double x = 3.0, y = -5.0, psi = 0.9, c = std::cos(psi), s = std::sin(psi);
   const Situation<double> at = at_pose(x, y, psi);
   const WaterMotion<double> water = effects.water(at);
-  CHECK_THAT(water.velocity(0), WithinAbs(kA * x + kB * y, 1e-15));
-  CHECK_THAT(water.velocity(1), WithinAbs(0.2 + kC * x + kD * y, 1e-15));
+  CHECK_THAT(water.velocity(0), WithinAbs(kVxByX * x + kVxByY * y, 1e-15));
+  CHECK_THAT(water.velocity(1), WithinAbs(0.2 + kVyByX * x + kVyByY * y, 1e-15));
   // d v_c/dx in ship axes, from two places on the centerline.
   const auto cross_flow = [&](double ahead) {
     const Vec2<double> V = effects.water(at_pose(x + ahead * c, y + ahead * s, psi)).velocity;
@@ -53,7 +53,7 @@ TEST_CASE("sheared current: velocity by place, and the cross flow along the hull
   CHECK_THAT(water.turn(at), WithinRel(cross_flow(0.5) - cross_flow(-0.5), 1e-12));
 
   // Mirrored about the x0 axis, port becomes starboard.
-  const Effects<double> mirror(sheared(read_ship("esso-osaka-3m"), kA, -kB, -kC, kD, 0.2, -90.0));
+  const Effects<double> mirror(sheared(read_ship("esso-osaka-3m"), kVxByX, -kVxByY, -kVyByX, kVyByY, 0.2, -90.0));
   const Situation<double> there = at_pose(x, -y, -psi);
   const WaterMotion<double> mirrored = mirror.water(there);
   CHECK_THAT(mirrored.velocity(0), WithinAbs(water.velocity(0), 1e-15));
@@ -86,7 +86,7 @@ TEST_CASE("sheared current: a ship that turns with water that turns as a solid b
 TEST_CASE("sheared current: the equations over ground with dV/dt along the ship's path hold", "[effects]") {
   Ship ship = read_ship("esso-osaka-3m");
   ship.wind.reset();
-  const Model<double> model(sheared(ship, kA, kB, kC, kD, 0.15, 30.0));
+  const Model<double> model(sheared(ship, kVxByX, kVxByY, kVyByX, kVyByY, 0.15, 30.0));
   const double h = 1e-4;
   const Vec3<double> eta(3.0, -5.0, 0.9), nu(0.45, -0.08, 0.05);
   const Inputs<double> inputs{esso_actuators(12.0, 11.0), Vec2<double>::Zero(), 0.0};
@@ -97,7 +97,8 @@ TEST_CASE("sheared current: the equations over ground with dV/dt along the ship'
   // All by hand: V, its change along the path, and the cross flow's along the hull.
   const double c = std::cos(eta(2)), s = std::sin(eta(2));
   const auto V = [&](double x, double y) -> Vec2<double> {
-    return {0.15 * std::cos(30.0 * kDegree) + kA * x + kB * y, 0.15 * std::sin(30.0 * kDegree) + kC * x + kD * y};
+    return {0.15 * std::cos(30.0 * kDegree) + kVxByX * x + kVxByY * y,
+            0.15 * std::sin(30.0 * kDegree) + kVyByX * x + kVyByY * y};
   };
   const auto to_ship = [&](const Vec2<double>& w) -> Vec2<double> {
     return {c * w(0) + s * w(1), c * w(1) - s * w(0)};
@@ -117,8 +118,8 @@ TEST_CASE("sheared current: it adds to another current, whose velocity carries t
           "[effects]") {
   const Ship ship = read_ship("esso-osaka-3m");
   const Parameters current{{"current_speed_mps", 0.12}, {"current_set_deg", 70.0}};
-  const Trajectory both = run(sheared(with(ship, "steady-current", current), kA, kB, kC, kD));
-  const Trajectory one = run(sheared(ship, kA, kB, kC, kD, 0.12, 70.0));
+  const Trajectory both = run(sheared(with(ship, "steady-current", current), kVxByX, kVxByY, kVyByX, kVyByY));
+  const Trajectory one = run(sheared(ship, kVxByX, kVxByY, kVyByX, kVyByY, 0.12, 70.0));
   for (const Channel channel : {Channel::u, Channel::vm, Channel::r, Channel::x0, Channel::y0})
     CHECK(largest_difference(both, one, channel) < 1e-10);
 }

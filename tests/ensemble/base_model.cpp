@@ -42,7 +42,7 @@ const std::vector<EffectEntry> kMany{
     {"rudder-offset", {{"rudder_offset_deg", 3.0}}, "", ""},
     {"fouling", {{"resistance_increase", 0.3}}, "", ""}};
 
-TrainingConfig small_config() {
+TrainingConfig residual_config() {
   TrainingConfig config;
   config.steps = 12;
   config.initial_state_steps = 4;
@@ -115,7 +115,7 @@ TEST_CASE("base model: the gradient of the whole loss agrees with central differ
   const TrainingData data = prepare_training_data(
       {test::simulated_recording(truth, 1, 29, 0.01), test::simulated_recording(truth, 2, 9, 0.01),
        test::simulated_recording(truth, 3, 3, 0.01)},
-      small_config(), base_of(ship));
+      residual_config(), base_of(ship));
   REQUIRE(data.windows.size() == 5);
   REQUIRE(data.inputs.base_actuators == std::vector<Channel>{Channel::n_p});
   const TrainingState state = initial_training_state(data, 5, 0, nn::kernels("portable"));
@@ -159,7 +159,7 @@ TEST_CASE("base model: with silent networks training and prediction are a replay
   if (!with_time) effects.erase(effects.begin() + 1);
   const Ship ship = with_effects("vectwin-3m", effects);
   const Trajectory recording = test::simulated_recording(read_ship("vectwin-3m"), 4, 40, 0.01);
-  TrainingConfig config = small_config();
+  TrainingConfig config = residual_config();
   config.steps = 40;
   config.initial_state_net = false;
   TrainingData data = prepare_training_data({recording}, config, base_of(ship));
@@ -201,7 +201,7 @@ TEST_CASE("base model: the outputs' scale is that of what the base leaves over",
   const Ship truth = with_effects("vectwin-3m", {{"body-force", {{"X_N", 0.6}, {"N_Nm", 0.1}}, "", ""}});
   const Ship ship = read_ship("vectwin-3m");
   const Trajectory recording = test::simulated_recording(truth, 1, 400, 0.01);
-  TrainingConfig config = small_config();
+  TrainingConfig config = residual_config();
   config.sigma = {0.01, 0.01, 0.001};
   const TrainingData plain = prepare_training_data({recording}, config);
   const TrainingData based = prepare_training_data({recording}, config, base_of(ship));
@@ -259,7 +259,7 @@ TEST_CASE("base model: networks learn what it lacks", "[ensemble][base]") {
 
 TEST_CASE("base model: the same bytes member by member and resumed, with the ship in the folder", "[ensemble][base]") {
   const std::shared_ptr<const BaseModel> base = BaseModel::read("vectwin-3m");
-  const TrainingConfig config = small_config();
+  const TrainingConfig config = residual_config();
   const TrainingData data = prepare_training_data({test::simulated_recording(base->ship(), 1, 60, 0.01)}, config, base);
   const EnsembleHeader header = make_header(data, 1, {});
   const test::TemporaryFolder one, two, resumed;
@@ -308,7 +308,7 @@ TEST_CASE("base model: what a rollout cannot know is refused by the effect's nam
   for (const Channel channel : {Channel::psi, Channel::x0, Channel::y0, Channel::wind_speed, Channel::wind_dir,
                                 Channel::app_wind_speed, Channel::app_wind_dir})
     recording[channel].clear();
-  const TrainingConfig config = small_config();
+  const TrainingConfig config = residual_config();
   for (const std::size_t effect : {0, 1, 2, 3})
     CHECK_THROWS_WITH(
         prepare_training_data({recording}, config, base_of(with_effects("vectwin-3m", {kMany[effect]}))),

@@ -16,7 +16,7 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
-TrainingConfig small_config() {
+TrainingConfig curriculum_config() {
   TrainingConfig config;
   config.steps = 40;
   config.curriculum = {{6, 0.2}, {20, 0.3}};
@@ -76,7 +76,7 @@ TEST_CASE("schedule: windows grow when their share of the epochs is done", "[ens
 
 TEST_CASE("schedule: short windows cover every point, and see as much of the start as long ones",
           "[ensemble][schedule]") {
-  const TrainingData data = prepare_training_data(recordings(), small_config());
+  const TrainingData data = prepare_training_data(recordings(), curriculum_config());
   REQUIRE(data.curriculum.size() == 2);
   CHECK(&data.windows_of_epoch(3) == &data.curriculum[0]);
   CHECK(&data.windows_of_epoch(4) == &data.curriculum[1]);
@@ -103,7 +103,7 @@ TEST_CASE("schedule: short windows cover every point, and see as much of the sta
 TEST_CASE("schedule: with growing windows and Muon, a stop at any step goes on to the same bits",
           "[ensemble][schedule]") {
   for (const Optimizer optimizer : {Optimizer::adam, Optimizer::muon}) {
-    TrainingConfig config = small_config();
+    TrainingConfig config = curriculum_config();
     config.optimizer = optimizer;
     const TrainingData data = prepare_training_data(recordings(), config);
     const EnsembleHeader header = make_header(data, 1, {});

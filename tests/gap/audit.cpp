@@ -41,7 +41,7 @@ struct Planted {
   Injected fault;
 };
 
-void check_named(const Planted& planted, const Campaign& campaign) {
+void check_named(const Planted& planted, const SimulatedCampaign& campaign) {
   CAPTURE(planted.name, planted.parameter, planted.value);
   const Audit result = audit(recorded(campaign, vectwin(), planted.fault), {});
   CAPTURE(names(result));
@@ -132,7 +132,7 @@ TEST_CASE("audit: each fault of a realistic size is found, named and measured, a
 }
 
 TEST_CASE("audit: small faults are found as well", "[gap][audit][long]") {
-  const Campaign campaign{.seed = 47, .recordings = 12};
+  const SimulatedCampaign campaign{.seed = 47, .recordings = 12};
   check_named({"heading-bias", "heading_bias_deg", 0.7, injected([](Injected& f) { f.heading_bias = 0.7 * kDegree; })},
               campaign);
   check_named({"log-scale", "log_scale", -0.02, injected([](Injected& f) { f.log_scale = -0.02; })}, campaign);
@@ -200,11 +200,11 @@ TEST_CASE("audit: sound sensors are found sound", "[gap][audit][long]") {
   // One false alarm in a hundred campaigns is allowed: two in thirty would come by chance once in thirty times.
   std::size_t alarms = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    const Campaign campaign{.seed = 600 + seed,
-                            .recordings = 1 + seed % 9,
-                            .duration_s = 240.0,
-                            .sample_s = seed % 5 == 0 ? 0.5 : 1.0,
-                            .wind_mps = seed % 3 == 0 ? 0.0 : 1.0};
+    const SimulatedCampaign campaign{.seed = 600 + seed,
+                                     .recordings = 1 + seed % 9,
+                                     .duration_s = 240.0,
+                                     .sample_s = seed % 5 == 0 ? 0.5 : 1.0,
+                                     .wind_mps = seed % 3 == 0 ? 0.0 : 1.0};
     const Audit result = audit(recorded(campaign, vectwin(), {}, 0.2 + 0.3 * static_cast<double>(seed % 7)), {});
     CHECK(result.verdict != Audit::Verdict::unchecked);
     if (result.verdict == Audit::Verdict::faulty) ++alarms;

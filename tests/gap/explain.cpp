@@ -181,7 +181,7 @@ TEST_CASE("next maneuver: a propeller that gives less is told from a hull that r
     CHECK(right.at("crash-stop") > right.at(zigzag));
 }
 
-TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][long]") {
+TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][slow]") {
   std::vector<Trajectory> recordings, none;
   const std::pair<double, double> winds[] = {{2.5, 30.0}, {1.5, 200.0}, {3.0, 300.0}, {2.0, 120.0}};
   for (std::uint64_t i = 0; i < std::size(winds); ++i) {
@@ -207,7 +207,7 @@ TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recor
       }
 }
 
-TEST_CASE("gap-explain: a current that varies is named, and its path is what it was", "[gap][long]") {
+TEST_CASE("gap-explain: a current that varies is named, and its path is what it was", "[gap][slow]") {
   Ship truth = read_ship("vectwin-3m");
   truth.effects.push_back(effect("varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 200.0}, {"seed", 3.0}}));
   std::vector<Trajectory> none, recordings = test::recorded({"vectwin-3m", 11, 3, 300.0, 1.0, 0.5}, truth);
@@ -282,7 +282,7 @@ TEST_CASE("current course: the process is that of the courses", "[gap]") {
   CHECK(tau_covered >= 17);
 }
 
-TEST_CASE("gap-explain: a tug beside another effect is named, and known when it pulled", "[gap][long]") {
+TEST_CASE("gap-explain: a tug beside another effect is named, and known when it pulled", "[gap][slow]") {
   std::vector<Trajectory> recordings, none;
   for (std::uint64_t i = 0; i < 3; ++i) {
     Ship truth = test::perturbed_ship("vectwin-3m", 0.05, 9);
@@ -310,7 +310,7 @@ TEST_CASE("gap-explain: a tug beside another effect is named, and known when it 
     }
 }
 
-TEST_CASE("gap-explain: a tug in each recording is told by recording, and leaves nothing", "[gap][long]") {
+TEST_CASE("gap-explain: a tug in each recording is told by recording, and leaves nothing", "[gap][slow]") {
   std::vector<Trajectory> recordings, none;
   const double directions_deg[] = {80.0, 120.0, 80.0}, ends_s[] = {150.0, 133.0, 162.0};
   for (std::uint64_t i = 0; i < 3; ++i) {
@@ -346,10 +346,10 @@ TEST_CASE("gap-explain: a tug in each recording is told by recording, and leaves
   CHECK(told == 3);
 }
 
-TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[gap][long]") {
+TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[gap][slow]") {
   Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 4);
   const Ship stated = read_ship("esso-osaka-3m");
-  const test::Campaign campaign{"esso-osaka-3m", 61, 3, 200.0, 1.0, 0.0};
+  const test::SimulatedCampaign campaign{"esso-osaka-3m", 61, 3, 200.0, 1.0, 0.0};
   // Where some hull goes farthest in a direction that is none of those that are tried, 0.3 m before that.
   const double direction_deg = 97.0, farthest = farthest_towards(direction_deg, test::fine_truth(campaign, truth));
   const double wall_m = farthest - 0.3;
@@ -370,9 +370,9 @@ TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[ga
   }
 }
 
-TEST_CASE("gap-explain: a bank that is passed once is found where it is", "[gap][long]") {
+TEST_CASE("gap-explain: a bank that is passed once is found where it is", "[gap][slow]") {
   Ship truth = test::perturbed_ship("vectwin-3m", 0.05, 4);
-  const test::Campaign campaign{"vectwin-3m", 61, 3, 200.0, 1.0, 0.0};
+  const test::SimulatedCampaign campaign{"vectwin-3m", 61, 3, 200.0, 1.0, 0.0};
   const double direction_deg = 32.0, farthest = farthest_towards(direction_deg, test::fine_truth(campaign, truth));
   truth.effects.push_back(effect(
       "bank",
@@ -387,7 +387,7 @@ TEST_CASE("gap-explain: a bank that is passed once is found where it is", "[gap]
   }
 }
 
-TEST_CASE("gap-explain: a mooring line is found with its anchor and its slack", "[gap][long]") {
+TEST_CASE("gap-explain: a mooring line is found with its anchor and its slack", "[gap][slow]") {
   Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 4);
   truth.effects.push_back(effect("mooring", {{"anchor_x_m", 10.0},
                                              {"anchor_y_m", 8.0},
@@ -450,7 +450,7 @@ TEST_CASE("comparison: a few terms stand for what the catalogue does not hold", 
 }
 
 TEST_CASE("gap-explain: what the catalogue does not hold is not called by the name of what is next to it",
-          "[gap][long]") {
+          "[gap][slow]") {
   Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 3);
   truth.effects.push_back(effect("unknown", {{"X_sqrt_u", -0.004}}));  // a drag that a constant force nearly explains
   std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 31, 4, 250.0, 1.0, 0.5}, truth), none;

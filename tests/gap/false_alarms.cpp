@@ -34,10 +34,10 @@ struct Family {
   void (*change)(Trajectory&, RandomStream&);
 };
 
-Campaign drawn_campaign(std::uint64_t seed, double& noise) {
+SimulatedCampaign drawn_campaign(std::uint64_t seed, double& noise) {
   RandomStream draw(seed, "variety");
   const double sizes[] = {1, 2, 3, 5, 8, 12, 16};
-  Campaign campaign;
+  SimulatedCampaign campaign;
   campaign.seed = seed;
   campaign.recordings = static_cast<std::size_t>(sizes[draw.below(7)]);
   campaign.duration_s = std::round(draw.uniform(200.0, campaign.recordings == 1 ? 900.0 : 400.0));
@@ -82,7 +82,7 @@ TEST_CASE("audit: false alarms by family of sound campaigns", "[.measure]") {
     std::vector<std::string> alarms(family.campaigns);
     parallel_for(family.campaigns, 2, [&](std::size_t i) {
       double noise = 1.0;
-      const Campaign campaign = drawn_campaign(base + i, noise);
+      const SimulatedCampaign campaign = drawn_campaign(base + i, noise);
       std::vector<Trajectory> recordings = recorded(campaign, ships[campaign.ship == "vectwin-3m" ? 0 : 1], {}, noise);
       RandomStream stream(base + i, "family");
       for (Trajectory& recording : recordings) family.change(recording, stream);
@@ -110,7 +110,7 @@ TEST_CASE("conventions: false claims by error of the ship", "[.measure]") {
     std::vector<std::string> claims(kCampaigns);
     parallel_for(kCampaigns, 2, [&](std::size_t i) {
       double noise = 1.0;
-      const Campaign campaign = drawn_campaign(base + i, noise);
+      const SimulatedCampaign campaign = drawn_campaign(base + i, noise);
       RandomStream draw(base + i, "unknown");
       Ship truth = read_ship(campaign.ship);
       const double kind = draw.uniform(), strength = draw.uniform(), direction = draw.uniform(0.0, 360.0);

@@ -19,7 +19,7 @@ Eigen::VectorXd at(std::initializer_list<double> z) {
   return Eigen::Map<const Eigen::VectorXd>(z.begin(), static_cast<Eigen::Index>(z.size()));
 }
 
-gap::FitOptions two_jobs() {
+gap::FitOptions two_fit_jobs() {
   gap::FitOptions options;
   options.jobs = 2;
   return options;
@@ -148,10 +148,10 @@ TEST_CASE("hypothesis: planted effects are fitted beside wrong coefficients", "[
     truth.effects.push_back({planted.effect, planted.parameters, "ship.json", "/effects/0"});
     gap::Campaign campaign =
         gap::prepare(stated, test::recorded({"esso-osaka-3m", seed, 4, 200.0, 1.0, 0.5}, truth), {});
-    const gap::FittedNull null = gap::fit_null(campaign, two_jobs());
+    const gap::FittedNull null = gap::fit_null(campaign, two_fit_jobs());
     const std::vector<gap::Start> starts = gap::starts_of(planted.effect, campaign, null, 2);
     const gap::FittedNull fit =
-        gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().theta, two_jobs());
+        gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().theta, two_fit_jobs());
     CHECK((fit.report.converged || fit.report.distance < 0.3));  // kinks of the model let the last steps go to and fro
     CHECK(gap::log_evidence(fit) > gap::log_evidence(null) + 5.0);
     const gap::Coordinates z = gap::coordinates_of(fit);
@@ -172,12 +172,12 @@ TEST_CASE("hypothesis: where nothing is missing, no effect gains evidence worth 
   gap::Campaign campaign = gap::prepare(
       stated, test::recorded({"esso-osaka-3m", 3, 4, 200.0, 1.0, 0.5}, test::perturbed_ship("esso-osaka-3m", 0.1, 9)),
       {});
-  const gap::FittedNull null = gap::fit_null(campaign, two_jobs());
+  const gap::FittedNull null = gap::fit_null(campaign, two_fit_jobs());
   for (const char* const effect : {"steady-current", "rudder-offset", "thrust-loss", "earth-force"}) {
     CAPTURE(effect);
     const std::vector<gap::Start> starts = gap::starts_of(effect, campaign, null, 2);
     const gap::FittedNull fit =
-        gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().theta, two_jobs());
+        gap::fit_with(campaign, null, starts.front().hypothesis, starts.front().theta, two_fit_jobs());
     CHECK(gap::log_evidence(fit) < gap::log_evidence(null) + 3.0);
   }
 }

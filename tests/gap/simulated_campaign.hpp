@@ -15,7 +15,7 @@
 namespace leeway::test {
 
 /// A simulated campaign: zigzags, turns, random maneuvers and, where the ship can, berthings in turn.
-struct Campaign {
+struct SimulatedCampaign {
   std::string ship = "vectwin-3m";
   std::uint64_t seed = 1;
   std::size_t recordings = 8;
@@ -24,7 +24,7 @@ struct Campaign {
 };
 
 /// The noise-free truth, sampled at 0.1 s: what a sensor with a latency reads lies between the samples of a recording.
-inline std::vector<Trajectory> fine_truth(const Campaign& campaign, const Ship& ship) {
+inline std::vector<Trajectory> fine_truth(const SimulatedCampaign& campaign, const Ship& ship) {
   std::vector<Trajectory> result;
   for (std::size_t i = 0; i < campaign.recordings; ++i) {
     RandomStream draw(campaign.seed, "campaign", i);
@@ -136,7 +136,7 @@ inline ObservationNoise usual_noise(double factor = 1.0) {
 }
 
 /// The recordings of a campaign by sensors with a fault.
-inline std::vector<Trajectory> recorded(const Campaign& campaign, const Ship& ship, const Injected& fault = {},
+inline std::vector<Trajectory> recorded(const SimulatedCampaign& campaign, const Ship& ship, const Injected& fault = {},
                                         double noise_factor = 1.0) {
   std::vector<Trajectory> result;
   const std::vector<Trajectory> truth = fine_truth(campaign, ship);

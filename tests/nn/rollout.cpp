@@ -17,7 +17,7 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
-TrainingConfig small_config() {
+TrainingConfig rollout_config() {
   TrainingConfig config;
   config.steps = 12;
   config.initial_state_steps = 4;
@@ -60,7 +60,7 @@ double relative_difference(const A& values, const B& expected) {
 
 TEST_CASE("rollout: the gradient through time agrees with central differences", "[nn]") {
   const bool with_wind = GENERATE(true, false);
-  const Case c(small_config(), with_wind);
+  const Case c(rollout_config(), with_wind);
   REQUIRE(c.windows.size() == 5);
   const RolloutConstants<double> constants(c.data.inputs, c.data.config, c.state.member);
   WindowBatch<double> batch;
@@ -121,7 +121,7 @@ TEST_CASE("rollout: every kernel of this processor gives the reference's gradien
   const int units = GENERATE(33, 64);
   const std::size_t windows = GENERATE(as<std::size_t>(), 1, 5, 8, 15, 17, 33, 47);
   CAPTURE(units, windows);
-  TrainingConfig config = small_config();
+  TrainingConfig config = rollout_config();
   config.steps = 40;
   config.hidden_units = units;
   const Case c(config);
