@@ -586,6 +586,31 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
                          kTimingShare * std::sqrt(covariance(p - 1, p - 1))};
 }
 
+// To what is tolerated by way of what is stated.
+void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
+  fit.prior_sd = climb.prior(&UncertainParameter::log_sd);
+  const bool rests_as_stated = climb.to_rest(options.most_iterations, Judged::all);
+  const NullFit as_stated = fit.report;
+  const Eigen::VectorXd theta = fit.theta;
+  const Noise noise = fit.noise;
+  std::vector<std::vector<StateVector>> paths;
+  for (const LinearStretch& stretch : fit.stretches) paths.push_back(stretch.path);
+  // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
+  // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
+  fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
+  fit.report.converged = climb.to_rest(options.most_iterations / 2, Judged::nothing);
+  if (!fit.report.converged) {
+    const int iterations = fit.report.iterations;
+    fit.report = as_stated;
+    fit.report.iterations = iterations;
+    fit.report.converged = rests_as_stated;
+    fit.theta = theta;
+    fit.noise = noise;
+    for (std::size_t s = 0; s < paths.size(); ++s) fit.stretches[s].path = std::move(paths[s]);
+    climb.linearize_all(fit.stretches);
+  }
+}
+
 }  // namespace
 
 FittedNull fit_null(Campaign& campaign, const FitOptions& options, const FittedNull* near_by) {
@@ -612,27 +637,11 @@ FittedNull fit_null(Campaign& campaign, const FitOptions& options, const FittedN
 
   const Hypothesis nothing;
   Climb climb(campaign, fit, nothing, options, true);
-  fit.prior_sd = climb.prior(&UncertainParameter::log_sd);
-  const bool rests_as_stated = climb.to_rest(options.most_iterations, Judged::all);
-  const NullFit as_stated = fit.report;
-  const Eigen::VectorXd theta = fit.theta;
-  const Noise noise = fit.noise;
-  std::vector<std::vector<StateVector>> paths;
-  for (const LinearStretch& stretch : fit.stretches) paths.push_back(stretch.path);
-  // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
-  // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
-  fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
-  fit.report.converged = climb.to_rest(options.most_iterations / 2, Judged::nothing);
-  if (!fit.report.converged) {
-    const int iterations = fit.report.iterations;
-    fit.report = as_stated;
-    fit.report.iterations = iterations;
-    fit.report.converged = rests_as_stated;
-    fit.theta = theta;
-    fit.noise = noise;
-    for (std::size_t s = 0; s < paths.size(); ++s) fit.stretches[s].path = std::move(paths[s]);
-    climb.linearize_all(fit.stretches);
+  if (near_by) {
+    fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
+    fit.report.converged = climb.to_rest(options.most_iterations / 2, Judged::all);
   }
+  if (!fit.report.converged) fit_from_stated(climb, options, fit);
   finish(campaign, climb, options.jobs, true, fit);
   return fit;
 }
