@@ -2,16 +2,19 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "cli/inputs.hpp"
 #include "cli/options.hpp"
 #include "core/errors.hpp"
 #include "ensemble/prediction_run.hpp"
 #include "io/dataset_json.hpp"
-#include "io/files.hpp"
+#include "io/result_folder.hpp"
 
 using namespace leeway;
 
@@ -56,7 +59,7 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--columns", o.columns, "columns map for foreign recordings: a JSON file or a shipped name");
   app.add_option("-o,--output", o.output, "folder for one prediction CSV per recording, '-' for one stream")
       ->capture_default_str();
-  app.add_option("--kernel", o.kernel, "auto, avx512, amx, avx2 or portable")->capture_default_str();
+  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable")->capture_default_str();
   cli::add_common_options(app, o.common);
 }
 
@@ -93,35 +96,28 @@ void warn_of_constants(const Trajectory& recording, const ensemble::ModelInputs&
       }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) try {
-  Options o;
-  CLI::App app{"Propagate particles through a trained ensemble and write them as CSV.", "ens-predict"};
-  add_options(app, o);
-  if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
-  check_combination(app, o);
-
-  std::optional<ensemble::Ensemble> model;
-  if (o.baseline.empty()) {
-    model.emplace(o.arguments.front(), o.use_members, nn::kernels(o.kernel));
-    o.arguments.erase(o.arguments.begin());
-    cli::warn_all(model->notices());
-  }
+// Files that the predictions start from: the truth where a data set has it, unless the command line says otherwise.
+//   estimates  the model has an initial-state network
+struct StartFiles {
   std::vector<std::string> paths;
-  for (const io::RecordingFile& file : io::expand_recordings(o.arguments))
-    paths.push_back(o.initial_state == "true" && !o.fitted && !file.truth.empty() ? file.truth : file.path);
-  const std::vector<Trajectory> recordings = cli::read_recordings(paths, o.columns, o.common.jobs);
+  std::set<std::string> states;  // that they hold
+};
+StartFiles start_files_of(const Options& o, bool estimates) {
+  StartFiles files;
+  for (const io::RecordingFile& file : io::expand_recordings(o.arguments)) {
+    const bool from_truth = o.initial_state == "true" && !o.fitted && !file.truth.empty();
+    files.paths.push_back(from_truth ? file.truth : file.path);
+    files.states.emplace(o.fitted && estimates ? "estimate" : io::word(from_truth ? io::States::truth : file.states));
+  }
+  return files;
+}
 
-  const ensemble::TrainingConfig config = model ? model->header().config : ensemble::TrainingConfig{};
-  const double dt_s = model ? config.time_step_s : o.time_step_s;
-  const int K = o.steps > 0 ? o.steps : config.steps;
-  const std::vector<Channel> actuators = model ? model->header().inputs.sampled_actuators() : std::vector<Channel>{};
-  const bool wind = model && model->header().inputs.wind;
-  const ensemble::PredictionOptions options{
-      o.particles, o.sampling == "ts1" ? ensemble::Sampling::ts1 : ensemble::Sampling::ts_infinity,
-      config.integrator_predict, o.common.seed};
-  const auto make_predictor = [&]() -> ensemble::SequencePredictor {
+// Makes what predicts sequences for one thread: particles of the model, its fitted rollout, or the baseline. The
+// arguments outlive it.
+std::function<ensemble::SequencePredictor()> predictor_factory(const Options& o,
+                                                               const std::optional<ensemble::Ensemble>& model,
+                                                               const ensemble::PredictionOptions& options) {
+  return [&]() -> ensemble::SequencePredictor {
     std::shared_ptr<ensemble::EnsembleEvaluator> evaluator;
     if (model) evaluator = std::make_shared<ensemble::EnsembleEvaluator>(*model);
     return [&, evaluator](std::span<const ensemble::SequenceTask> tasks) {
@@ -133,16 +129,93 @@ int main(int argc, char** argv) try {
       return predictions;
     };
   };
+}
 
-  const bool stream = o.output == "-";
-  if (!stream) io::make_directories(o.output);
+// The folder of the predictions. Those of other recordings by the same model and options may stand beside these.
+//   model_folder  empty for a baseline
+std::unique_ptr<io::ResultFolder> result_folder(const Options& o, const std::string& model_folder,
+                                                const std::vector<Trajectory>& recordings,
+                                                const std::string& generation) {
+  cli::Inputs inputs;
+  inputs.recordings(o.arguments).config("columns", o.columns);
+  if (!model_folder.empty()) inputs.folder(model_folder);
+  if (o.output == "-") {
+    inputs.keep_from({o.output});
+    return nullptr;
+  }
+  std::vector<std::string> files;
+  files.reserve(recordings.size());
+  for (const Trajectory& recording : recordings) files.push_back(recording.name + ".csv");
+  auto folder = std::make_unique<io::ResultFolder>(o.output, "prediction.json", files, generation);
+  inputs.keep_from(folder->outputs());
+  return folder;
+}
+
+// prediction.json, beside the predictions of a folder.
+//   initial_states  the words for them
+io::Json summary(const Options& o, const std::optional<ensemble::Ensemble>& model, int K, double dt_s,
+                 const std::set<std::string>& initial_states, const ensemble::PredictionReport& report,
+                 io::Json provenance) {
+  return {{"sampling", !o.baseline.empty() ? o.baseline
+                       : o.fitted          ? "fitted"
+                                           : o.sampling},
+          {"members", model ? model->members() : 0},
+          {"particles", !model     ? 1
+                        : o.fitted ? model->members()
+                                   : o.particles},
+          {"steps", K},
+          {"time_step_s", dt_s},
+          {"initial_state", initial_states.size() == 1 ? *initial_states.begin() : "mixed"},
+          {"particles_out_of_bounds", report.out_of_bounds},
+          {"provenance", std::move(provenance)}};
+}
+
+// All that decides predictions but the recordings.
+std::string generation_of(const Options& o, const std::optional<ensemble::Ensemble>& model, int K, double dt_s) {
+  io::Json json = summary(o, model, K, dt_s, {}, {}, {{"version", LEEWAY_VERSION}, {"seed", o.common.seed}});
+  json["training_id"] = model ? model->header().training_id : "";
+  json["kernel"] = model ? model->kernels().name : "";
+  json["initial_state"] = o.initial_state;
+  return json.dump();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Options o;
+  CLI::App app{"Propagate particles through a trained ensemble and write them as CSV.", "ens-predict"};
+  add_options(app, o);
+  if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
+  check_combination(app, o);
+
+  std::optional<ensemble::Ensemble> model;
+  const std::string model_folder = o.baseline.empty() ? o.arguments.front() : "";
+  if (o.baseline.empty()) {
+    model.emplace(model_folder, o.use_members, nn::kernels(o.kernel));
+    o.arguments.erase(o.arguments.begin());
+    cli::warn_all(model->notices());
+  }
+  const ensemble::TrainingConfig config = model ? model->header().config : ensemble::TrainingConfig{};
+  const auto [paths, initial_states] = start_files_of(o, model && config.initial_state_net);
+  std::vector<Trajectory> recordings = cli::read_recordings(paths, o.columns, o.common.jobs);
+  if (model && model->base() != nullptr) model->base()->prepare(recordings);
+
+  const double dt_s = model ? config.time_step_s : o.time_step_s;
+  const int K = o.steps > 0 ? o.steps : config.steps;
+  const std::vector<Channel> actuators = model ? model->header().inputs.sampled_actuators() : std::vector<Channel>{};
+  const bool wind = model && model->header().inputs.wind;
+  const ensemble::PredictionOptions options{
+      o.particles, o.sampling == "ts1" ? ensemble::Sampling::ts1 : ensemble::Sampling::ts_infinity,
+      config.integrator_predict, o.common.seed};
+  const auto make_predictor = predictor_factory(o, model, options);
+  const auto folder = result_folder(o, model_folder, recordings, generation_of(o, model, K, dt_s));
+  if (folder) folder->begin();
   std::optional<io::PredictionWriter> writer;
-  if (stream) writer.emplace("-");
+  if (!folder) writer.emplace("-");
   ensemble::PredictionReport report;
   double left_out_s = 0.0, total_s = 0.0;
   for (const Trajectory& recording : recordings) {
     if (model) warn_of_constants(recording, model->header().inputs);
-    if (model && model->base() != nullptr) model->base()->check(recording);
     const std::vector<Samples> stretches = resample(recording, actuators, wind, dt_s, config.resampling);
     const std::vector<ensemble::SequenceTask> tasks = ensemble::sequences_of(stretches, K, o.fitted);
     const double predicted_s = static_cast<double>(tasks.size()) * K * dt_s;
@@ -154,33 +227,22 @@ int main(int argc, char** argv) try {
                    dt_s);
       continue;
     }
-    if (!stream) writer.emplace((std::filesystem::path(o.output) / (recording.name + ".csv")).string());
+    if (folder) writer.emplace(folder->path(recording.name + ".csv"));
     ensemble::write_predictions(tasks, static_cast<std::size_t>(o.particles), o.common.jobs, make_predictor, *writer,
                                 report);
-    if (!stream) writer->commit();
+    if (!folder) continue;
+    writer->commit();
+    folder->add(recording.name + ".csv");
   }
   if (report.sequences == 0)
     throw InputError(
         recordings.front().file,
         fmt::format("no recording holds {} points {} s apart without a gap; choose fewer --steps", K, dt_s));
-  if (stream) writer->commit();
+  if (!folder) writer->commit();
   cli::warn_all(report.notices);
-  if (!stream) {
-    io::Json json{{"sampling", !o.baseline.empty() ? o.baseline
-                               : o.fitted          ? "fitted"
-                                                   : o.sampling},
-                  {"members", model ? model->members() : 0},
-                  {"particles", !model     ? 1
-                                : o.fitted ? model->members()
-                                           : o.particles},
-                  {"steps", K},
-                  {"time_step_s", dt_s},
-                  {"particles_out_of_bounds", report.out_of_bounds},
-                  {"provenance", cli::provenance(app, o.common, paths)}};
-    io::write_text((std::filesystem::path(o.output) / "prediction.json").string(), io::to_text(json));
-  }
+  if (folder) folder->commit(summary(o, model, K, dt_s, initial_states, report, cli::provenance(app, o.common, paths)));
   spdlog::info("{}: {} sequences; {:.6g} of {:.6g} s at the ends of recordings or in gaps are in none",
-               stream ? "standard output" : o.output, report.sequences, left_out_s, total_s);
+               folder ? o.output : "standard output", report.sequences, left_out_s, total_s);
   return cli::kOk;
 } catch (...) {
   return cli::report_current_exception("ens-predict");

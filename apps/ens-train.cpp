@@ -1,12 +1,15 @@
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <set>
 #include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "cli/inputs.hpp"
 #include "cli/interruption.hpp"
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
@@ -15,6 +18,7 @@
 #include "ensemble/ensemble_training.hpp"
 #include "io/dataset_json.hpp"
 #include "io/files.hpp"
+#include "io/outputs.hpp"
 
 using namespace leeway;
 
@@ -41,7 +45,7 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--status", o.status, "say how far the training in this model directory is, and do nothing else");
   app.add_option("--member", o.member, "train this member alone, counted from 0, as another process trains the others")
       ->check(cli::not_negative());
-  app.add_flag("--resume", o.resume, "keep finished members and go on from checkpoints");
+  app.add_flag("--resume", o.resume, "keep finished members and continue from checkpoints");
   app.add_flag("--no-initial-state-net", o.no_initial_state_net, "start each window from the observed state");
   app.add_option(
       "--base", o.base,
@@ -53,12 +57,13 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--checkpoint-s", o.checkpoint_s, "seconds between checkpoints; 0: after every optimizer step")
       ->check(cli::not_negative())
       ->capture_default_str();
-  app.add_option("--kernel", o.kernel, "auto, avx512, amx, avx2 or portable; members are bit-identical on one kernel")
+  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable; the first two train to the same bits")
       ->capture_default_str();
   cli::add_common_options(app, o.common);
 }
 
-// Recordings of the arguments; a data set without its set named may hold more than was meant.
+// Recordings of the arguments in the order of their names, so that a training is the same whatever the order on the
+// command line; two of one name are refused. A data set without its set named may hold more than was meant.
 std::vector<Trajectory> read_all(const std::vector<std::string>& arguments, const std::string& verb, const Options& o) {
   std::vector<std::string> paths;
   for (const std::string& argument : arguments) {
@@ -71,6 +76,7 @@ std::vector<Trajectory> read_all(const std::vector<std::string>& arguments, cons
       spdlog::warn("{}: {} all its sets ({}); {}#SET names one of them", argument, verb, fmt::join(sets, ", "),
                    argument);
   }
+  std::sort(paths.begin(), paths.end(), [](const auto& a, const auto& b) { return io::stem(a) < io::stem(b); });
   return cli::read_recordings(paths, o.columns, o.common.jobs);
 }
 
@@ -86,17 +92,39 @@ std::string name_of(const std::optional<ensemble::BaseRecord>& base) {
   return base ? fmt::format("'{}' ({})", base->name, base->sha256.substr(0, 8)) : "none";
 }
 
+// A training writes and removes the files of a model directory.
+void check_outputs(const Options& o) {
+  cli::Inputs inputs;
+  inputs.recordings(o.recordings).recordings(o.held_out).config("columns", o.columns);
+  inputs.config("train", o.config).config("ships", o.base);
+  std::vector<std::string> outputs;
+  for (const std::string& file : io::files_in(o.output))
+    if (ensemble::is_model_file(file)) outputs.push_back(file);
+  inputs.keep_from(outputs);
+}
+
+// What the model directory says of its training files. Files of the same bytes weigh twice.
+std::vector<ensemble::TrainingFile> training_files(const std::vector<Trajectory>& recordings) {
+  std::vector<ensemble::TrainingFile> files;
+  std::map<std::string, std::string> file_of_hash;
+  for (const Trajectory& r : recordings) {
+    files.push_back({r.file, cli::input_sha256(r.file), r.size()});
+    const std::string& hash = files.back().sha256;
+    if (hash.empty()) continue;
+    if (const auto [other, is_new] = file_of_hash.emplace(hash, r.file); !is_new)
+      spdlog::warn("{}: holds the same bytes as {}; what they record weighs twice in the training", r.file,
+                   other->second);
+  }
+  return files;
+}
+
 // The folder's ensemble.json: new, or the one that this run belongs to.
 ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, const ensemble::TrainingData& data,
                                      const std::vector<Trajectory>& recordings) {
-  std::vector<ensemble::TrainingFile> files;
   std::vector<std::string> paths;
-  for (const Trajectory& r : recordings) {
-    files.push_back({r.file, cli::input_sha256(r.file), r.size()});
-    paths.push_back(r.file);
-  }
+  for (const Trajectory& r : recordings) paths.push_back(r.file);
   if (data.base) paths.push_back(data.base->ship().file);
-  ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));
+  ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, training_files(recordings));
   io::make_directories(o.output);
   const auto existing = ensemble::read_header(o.output, true);
   const bool continues = o.resume || o.member >= 0;
@@ -108,7 +136,7 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
         fmt::format("{} holds an ensemble of other data, settings or seed; choose another folder, or train "
                     "anew without --resume and --member",
                     o.output));
-  if (existing && !continues) ensemble::remove_members(o.output, *existing);
+  if (!continues) ensemble::remove_training(o.output);
   if (!existing || !continues || existing->config.members != header.config.members)
     ensemble::write_header(
         o.output, header,
@@ -138,10 +166,13 @@ int main(int argc, char** argv) try {
   if (o.members > 0) config.members = o.members;
   if (o.epochs > 0) config.epochs = o.epochs;
   if (o.no_initial_state_net) config.initial_state_net = false;
+  if (o.epochs > 0 || o.no_initial_state_net) config.follows.clear();  // no longer what the config says it is
   if (o.member >= config.members)
     throw UsageError(fmt::format("--member {}: expected 0 to {}, one of the {} members", o.member, config.members - 1,
                                  config.members));
   const nn::Kernels<float>& kernels = nn::kernels(o.kernel);
+  check_outputs(o);
+  ensemble::require_room(o.output, config);
   const auto base = o.base.empty() ? nullptr : ensemble::BaseModel::read(o.base);
 
   const std::vector<Trajectory> recordings = read_all(o.recordings, "trains on", o);
@@ -183,7 +214,7 @@ int main(int argc, char** argv) try {
                                         {report, [](const std::string& warning) { spdlog::warn("{}", warning); }});
   }
   if (!finished) {
-    spdlog::error("stopped by {}; checkpoints are written. The same command with --resume goes on from there",
+    spdlog::error("stopped by {}; checkpoints are written. The same command with --resume continues from there",
                   cli::Interruption::signal_name());
     return cli::kComputationFailed;
   }

@@ -2,7 +2,10 @@
 #include <cstdio>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include "cli/inputs.hpp"
+#include "cli/messages.hpp"
 #include "cli/options.hpp"
 #include "core/errors.hpp"
 #include "io/files.hpp"
@@ -15,7 +18,7 @@ using namespace leeway;
 struct EvalOptions {
   cli::CommonOptions common;
   std::vector<std::string> predictions, truths;
-  std::string columns, per_step, output = "-";
+  std::string columns, against, per_step, output = "-";
   double sigma_u_mps = 0.01, sigma_vm_mps = 0.01, sigma_r_degps = 0.1;
 };
 
@@ -27,6 +30,11 @@ int main(int argc, char** argv) try {
   app.add_option("predictions", opt.predictions, "folders of prediction CSV files, such files, or '-' for stdin")
       ->required();
   app.add_option("--truth", opt.truths, "true trajectories: CSV files, dataset.json or dataset.json#SET")->required();
+  app.add_option(
+         "--against", opt.against,
+         "truth or observations: which files of a data set the predictions are laid beside, or what other files "
+         "are [default: the truth where a data set has it]")
+      ->check(CLI::IsMember({"truth", "observations"}));
   app.add_option("--columns", opt.columns, "columns map of the truth files (JSON), or the name of a shipped one");
   app.add_option("--per-step", opt.per_step, "mean, spread, truth and distances of each step (CSV)");
   app.add_option("--sigma-u-mps", opt.sigma_u_mps, "sigma of u in L_fit [m/s]")
@@ -55,15 +63,22 @@ int main(int argc, char** argv) try {
   options.jobs = opt.common.jobs;
 
   const PredictionSource source = find_predictions(opt.predictions);
-  const Evaluation evaluation = evaluate(source, truths_by_name(opt.truths), options);
+  cli::Inputs inputs;
+  inputs.recordings(opt.truths).config("columns", opt.columns).files(source.descriptions);
+  for (const PredictionSource::File& file : source.files) inputs.files({file.path});
+  inputs.keep_from({opt.output, opt.per_step});
+  std::optional<io::States> against;
+  if (!opt.against.empty()) against = opt.against == "truth" ? io::States::truth : io::States::observations;
+  const Evaluation evaluation = evaluate(source, truths_by_name(opt.truths, against), options);
 
   io::Json json = to_json(evaluation);
   json["provenance"] = cli::provenance(app, opt.common, input_files(source, evaluation), {"--per-step"});
   if (!source.provenance.empty()) json["provenance"]["predictions"] = source.provenance;
   cli::warn_all(notices(evaluation));
+  if (!opt.per_step.empty()) io::remove_output(opt.output);  // it comes last: where it lies, the steps are of its run
   if (!opt.per_step.empty()) io::write_text(opt.per_step, per_step_text(evaluation));
   io::write_text(opt.output, io::to_text(json));
-  if (!opt.common.quiet) fmt::print(stderr, "{}", summary_text(evaluation));
+  if (!opt.common.quiet) cli::say(summary_text(evaluation));
   return cli::kOk;
 } catch (...) {
   return leeway::cli::report_current_exception("eval-metrics");

@@ -1,18 +1,24 @@
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "cli/gap_options.hpp"
+#include "cli/inputs.hpp"
+#include "cli/messages.hpp"
 #include "cli/progress.hpp"
 #include "core/errors.hpp"
-#include "gap/explain.hpp"
-#include "gap/explain_json.hpp"
-#include "gap/report_html.hpp"
-#include "gap/summary.hpp"
+#include "gap/compare/current_course.hpp"
+#include "gap/gap_explain.hpp"
+#include "gap/report/explain_json.hpp"
+#include "gap/report/report_html.hpp"
+#include "gap/report/summary.hpp"
 #include "io/files.hpp"
+#include "io/result_folder.hpp"
 
 using namespace leeway;
 
@@ -41,6 +47,20 @@ void add_options(CLI::App& app, Options& o) {
   cli::add_common_options(app, o.common);
 }
 
+std::unique_ptr<io::ResultFolder> result_folder(const Options& o, const std::vector<Trajectory>& recordings) {
+  cli::Inputs inputs;
+  inputs.recordings(o.gap.recordings).recordings(o.heldout);
+  inputs.config("ships", o.gap.ship).config("columns", o.gap.columns);
+  std::vector<std::string> files{"report.html", "ship.json"};
+  for (const Trajectory& recording : recordings) {
+    files.push_back(gap::ship_file(recording.name));
+    files.push_back(gap::current_file(recording.name));
+  }
+  auto folder = std::make_unique<io::ResultFolder>(o.output, "report.json", files);
+  inputs.keep_from(folder->outputs());
+  return folder;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -54,13 +74,14 @@ int main(int argc, char** argv) try {
                                  held_files = cli::recording_files(o.heldout);
   for (const std::string& held : held_files)
     for (const std::string& file : files)
-      if (std::filesystem::exists(held) && std::filesystem::exists(file) && std::filesystem::equivalent(held, file))
+      if (std::error_code error; std::filesystem::equivalent(held, file, error))
         throw UsageError(fmt::format("--holdout '{}' is also among the recordings that are fitted", held));
   std::vector<Trajectory> recordings = cli::read_recordings(files, o.gap.columns, o.common.jobs);
   std::vector<Trajectory> heldout;
   if (!held_files.empty()) heldout = cli::read_recordings(held_files, o.gap.columns, o.common.jobs);
 
   io::require_can_make(o.output);
+  const auto folder = result_folder(o, recordings);
   gap::GapExplainOptions options;
   options.locate = cli::locate_options(o.gap, o.common);
   gap::Explanation explanation;
@@ -70,27 +91,26 @@ int main(int argc, char** argv) try {
     explanation = gap::gap_explain(ship, recordings, heldout, options);
   }
 
-  io::make_directories(o.output);
-  const std::filesystem::path folder(o.output);
   std::vector<std::string> inputs{ship.file};
   inputs.insert(inputs.end(), files.begin(), files.end());
   inputs.insert(inputs.end(), held_files.begin(), held_files.end());
   io::Json json = gap::to_json(explanation);
   json["provenance"] = cli::provenance(app, o.common, inputs, {});
+  json["provenance"]["policy"] = gap::policy_hash();
   const io::Json ship_json = io::read_json(ship.file);
-  io::write_text((folder / "ship.json").string(), io::to_text(gap::ship_with(ship_json, explanation)));
+  folder->begin();
+  folder->write("ship.json", io::to_text(gap::ship_with(ship_json, explanation)));
   for (const auto& [recording, effects] : explanation.effects_in)
-    io::write_text((folder / gap::ship_file(recording)).string(),
-                   io::to_text(gap::ship_with(ship_json, explanation, recording)));
+    folder->write(gap::ship_file(recording), io::to_text(gap::ship_with(ship_json, explanation, recording)));
   for (const gap::CurrentPath& path : explanation.current_paths)
-    io::write_text((folder / gap::current_file(path.recording)).string(), gap::path_text(path));
-  io::write_text((folder / "report.html").string(),
-                 gap::report_html(
-                     explanation, "What " + ship.name + " lacks",
-                     fmt::format("{}", fmt::join(json["provenance"]["command"].get<std::vector<std::string>>(), " "))));
-  io::write_text((folder / "report.json").string(), io::to_text(json));
+    folder->write(gap::current_file(path.recording), gap::path_text(path));
+  folder->write("report.html",
+                gap::report_html(
+                    explanation, "What " + ship.name + " lacks",
+                    fmt::format("{}", fmt::join(json["provenance"]["command"].get<std::vector<std::string>>(), " "))));
+  folder->commit(std::move(json));
   cli::warn_all(explanation.notices);
-  if (!o.common.quiet) fmt::print(stderr, "{}", gap::summary(explanation));
+  if (!o.common.quiet) cli::say(gap::summary(explanation));
   return o.fail_on_mismatch && explanation.verdict == gap::Verdict::mismatch ? cli::kComputationFailed : cli::kOk;
 } catch (...) {
   return cli::report_current_exception("gap-explain");

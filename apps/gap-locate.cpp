@@ -6,16 +6,21 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "cli/gap_options.hpp"
+#include "cli/inputs.hpp"
+#include "cli/messages.hpp"
 #include "cli/progress.hpp"
 #include "core/errors.hpp"
 #include "gap/gap_locate.hpp"
-#include "gap/locate_json.hpp"
-#include "gap/report_html.hpp"
-#include "gap/residual_csv.hpp"
-#include "gap/summary.hpp"
+#include "gap/report/locate_json.hpp"
+#include "gap/report/report_html.hpp"
+#include "gap/report/residual_csv.hpp"
+#include "gap/report/summary.hpp"
 #include "io/files.hpp"
+#include "io/outputs.hpp"
+#include "io/result_folder.hpp"
 
 using namespace leeway;
 
@@ -30,10 +35,6 @@ struct Options {
   double length_m = 0.0;
   cli::CommonOptions common;
 };
-
-std::string corrected_file(const Options& o, const Trajectory& recording) {
-  return (std::filesystem::path(o.write_corrected) / (recording.name + ".csv")).string();
-}
 
 void add_options(CLI::App& app, Options& o) {
   cli::add_gap_options(app, o.gap)->required(false);
@@ -56,10 +57,44 @@ void add_options(CLI::App& app, Options& o) {
       "done, whatever the verdict; 1 computation failed, 2 wrong\n"
       "command line, 3 a file's contents are wrong, 4 a file cannot be read or written. Method, results and rates:\n"
       "docs/gap-locate.md");
-  app.add_option("--write-corrected", o.write_corrected, "folder for the recordings with the faults taken out")
+  app.add_option("--write-corrected", o.write_corrected, "folder for the recordings, corrected for the faults")
       ->excludes("--no-correct");
   app.add_option("-o,--output", o.output, "folder for locate.json, report.html and NAME.residual.csv")->required();
   cli::add_common_options(app, o.common);
+}
+
+// Residuals in the folder, of this run's recordings or of others.
+std::vector<std::string> earlier_residuals(const Options& o) {
+  std::vector<std::string> residuals = io::files_in(o.output);
+  std::erase_if(residuals, [](const std::string& file) { return !file.ends_with(kResidual); });
+  return residuals;
+}
+
+// locate.json and what belongs to it, and the corrected recordings, if they are wanted.
+struct Results {
+  std::unique_ptr<io::ResultFolder> folder, corrected;
+};
+
+Results result_folders(const Options& o, const std::vector<Trajectory>& recordings) {
+  cli::Inputs inputs;
+  inputs.recordings(o.gap.recordings).config("ships", o.gap.ship).config("columns", o.gap.columns);
+  if (!o.model.empty()) inputs.folder(o.model);
+  std::vector<std::string> files{"report.html"}, corrected;
+  for (const Trajectory& recording : recordings) {
+    files.push_back(recording.name + kResidual);
+    corrected.push_back(recording.name + ".csv");
+  }
+  Results results;
+  results.folder = std::make_unique<io::ResultFolder>(o.output, "locate.json", files);
+  std::vector<std::string> outputs = results.folder->outputs();
+  if (!o.write_corrected.empty()) {
+    results.corrected = std::make_unique<io::ResultFolder>(o.write_corrected, "corrected.json", corrected);
+    const std::vector<std::string> more = results.corrected->outputs();
+    outputs.insert(outputs.end(), more.begin(), more.end());
+  }
+  inputs.keep_from(outputs);
+  inputs.keep_from(earlier_residuals(o));  // which are removed
+  return results;
 }
 
 std::shared_ptr<const gap::EnsembleSimulator> read_ensemble(const Options& o) {
@@ -92,13 +127,7 @@ int main(int argc, char** argv) try {
   io::require_can_make(o.output);
   if (!o.write_corrected.empty()) io::require_can_make(o.write_corrected);
   gap::GapLocateOptions options = cli::locate_options(o.gap, o.common);
-  for (const Trajectory& recording : recordings)
-    for (const std::string& input : files)
-      if (const std::string file = corrected_file(o, recording);
-          !o.write_corrected.empty() && std::filesystem::exists(file) && std::filesystem::exists(input) &&
-          std::filesystem::equivalent(input, file))
-        throw UsageError(
-            fmt::format("--write-corrected '{}' would write over the recording '{}'", o.write_corrected, input));
+  const Results results = result_folders(o, recordings);
   gap::Findings findings;
   {
     cli::Progress progress("locating", 1.0, o.common);
@@ -106,32 +135,35 @@ int main(int argc, char** argv) try {
     findings = ensemble ? gap::gap_locate(ensemble, recordings, options) : gap::gap_locate(ship, recordings, options);
   }
 
-  io::make_directories(o.output);
-  if (!o.write_corrected.empty()) io::make_directories(o.write_corrected);
-  const std::filesystem::path folder(o.output);
   std::vector<std::string> inputs{ensemble ? (std::filesystem::path(o.model) / "ensemble.json").string() : ship.file};
   inputs.insert(inputs.end(), files.begin(), files.end());
   io::Json json = gap::to_json(findings);
   json["provenance"] = cli::provenance(app, o.common, inputs, {"--write-corrected"});
-  // Residuals of an earlier run would stand beside a locate.json that does not know them.
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (const std::string name = entry.path().filename().string(); entry.is_regular_file() && name.ends_with(kResidual))
-      if (std::none_of(findings.residuals.begin(), findings.residuals.end(),
-                       [&](const gap::Residual& r) { return r.recording + kResidual == name; })) {
-        std::filesystem::remove(entry.path());
-        cli::warn_all({fmt::format("{}: of an earlier run; removed", entry.path().string())});
-      }
+  json["provenance"]["policy"] = gap::policy_hash();
+  results.folder->begin();
+  // Residuals of an earlier version would stand beside a locate.json that does not know them.
+  for (const std::string& file : earlier_residuals(o))
+    if (std::none_of(findings.residuals.begin(), findings.residuals.end(),
+                     [&](const gap::Residual& r) { return results.folder->path(r.recording + kResidual) == file; })) {
+      std::filesystem::remove(file);
+      cli::warn_all({fmt::format("{}: of an earlier run; removed", file)});
+    }
   for (const gap::Residual& residual : findings.residuals)
-    io::write_text((folder / (residual.recording + kResidual)).string(), gap::residual_text(residual));
-  if (!o.write_corrected.empty())
-    for (const Trajectory& recording : recordings) io::write_trajectory(corrected_file(o, recording), recording);
-  io::write_text((folder / "report.html").string(),
-                 gap::report_html(
-                     findings, "Recordings against " + (ensemble ? ensemble->name() : ship.name),
-                     fmt::format("{}", fmt::join(json["provenance"]["command"].get<std::vector<std::string>>(), " "))));
-  io::write_text((folder / "locate.json").string(), io::to_text(json));
+    results.folder->write(residual.recording + kResidual, gap::residual_text(residual));
+  if (results.corrected) {
+    results.corrected->begin();
+    for (const Trajectory& recording : recordings)
+      results.corrected->write(recording.name + ".csv", io::trajectory_text(recording));
+    results.corrected->commit({{"provenance", json["provenance"]}});
+  }
+  results.folder->write(
+      "report.html",
+      gap::report_html(
+          findings, "Recordings against " + (ensemble ? ensemble->name() : ship.name),
+          fmt::format("{}", fmt::join(json["provenance"]["command"].get<std::vector<std::string>>(), " "))));
+  results.folder->commit(std::move(json));
   cli::warn_all(findings.notices);
-  if (!o.common.quiet) fmt::print(stderr, "{}", gap::summary(findings));
+  if (!o.common.quiet) cli::say(gap::summary(findings));
   return cli::kOk;
 } catch (...) {
   return cli::report_current_exception("gap-locate");

@@ -1,3 +1,6 @@
+#include <nlohmann/json.hpp>
+
+#include "cli/inputs.hpp"
 #include "cli/simulator.hpp"
 #include "core/errors.hpp"
 #include "dynamics/dataset.hpp"
@@ -40,7 +43,10 @@ int main(int argc, char** argv) try {
       app.add_subcommand("show", "particulars, modules, limits, straight run and self-propulsion of a ship");
   show->add_option("ship", opt.ship, "ship (JSON), or the name of a shipped one")->required();
   cli::add_output(*show, opt, "where the text goes, '-' for stdout");
-  commands.push_back({show, [&] { io::write_text(opt.output, ship_report(read_ship(opt.ship))); }});
+  commands.push_back({show, [&] {
+                        cli::Inputs().config("ships", opt.ship).keep_from({opt.output});
+                        io::write_text(opt.output, ship_report(read_ship(opt.ship)));
+                      }});
 
   std::string effect;
   bool page = false;

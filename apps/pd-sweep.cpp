@@ -1,13 +1,17 @@
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "cli/inputs.hpp"
 #include "cli/options.hpp"
 #include "control/pd_sweep.hpp"
 #include "core/errors.hpp"
 #include "io/files.hpp"
+#include "io/result_folder.hpp"
 
 using namespace leeway;
 
@@ -45,8 +49,26 @@ void add_options(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--trajectories", o.trajectories, "folder for the runs of each gain pair, sampled at 1 s");
   app.add_option("-o,--output", o.output, "scores (CSV), '-' for stdout")->capture_default_str();
-  app.add_option("--kernel", o.kernel, "auto, avx512, amx, avx2 or portable")->capture_default_str();
+  app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable")->capture_default_str();
   cli::add_common_options(app, o.common);
+}
+
+std::string trajectories_file(const control::PdGains& gains) {
+  return fmt::format("kp{}_kd{}.csv", gains.kp, gains.kd);
+}
+
+// The folder of --trajectories, if they are wanted.
+std::unique_ptr<io::ResultFolder> trajectories_folder(const Options& o, const std::vector<control::PdGains>& gains) {
+  std::vector<std::string> outputs{o.output}, files;
+  std::unique_ptr<io::ResultFolder> folder;
+  if (!o.trajectories.empty()) {
+    for (const control::PdGains& pair : gains) files.push_back(trajectories_file(pair));
+    folder = std::make_unique<io::ResultFolder>(o.trajectories, "trajectories.json", files);
+    const std::vector<std::string> more = folder->outputs();
+    outputs.insert(outputs.end(), more.begin(), more.end());
+  }
+  cli::Inputs().config("ships", o.ship).folder(o.model).keep_from(outputs);
+  return folder;
 }
 
 }  // namespace
@@ -62,17 +84,19 @@ int main(int argc, char** argv) try {
   std::vector<control::PdGains> gains;
   for (const double kp : control::parse_gain_range("--kp", o.kp))
     for (const double kd : control::parse_gain_range("--kd", o.kd)) gains.push_back({kp, kd});
+  const auto trajectories = trajectories_folder(o, gains);
   const Ship ship = read_ship(o.ship);
   const ensemble::Ensemble model(o.model, o.use_members, nn::kernels(o.kernel));
   cli::warn_all(model.notices());
   const std::vector<control::SweepResult> results =
       control::pd_sweep(ship, model, gains, o.task, o.particles, o.common.seed, o.common.jobs, !o.trajectories.empty());
-  if (!o.trajectories.empty()) {
-    io::make_directories(o.trajectories);
+  if (trajectories) {
+    io::remove_output(o.output);  // it comes last: where it lies, the trajectories are of its run
+    trajectories->begin();
     for (const control::SweepResult& r : results)
-      io::write_text(
-          (std::filesystem::path(o.trajectories) / fmt::format("kp{}_kd{}.csv", r.gains.kp, r.gains.kd)).string(),
-          control::runs_csv(r, ship));
+      trajectories->write(trajectories_file(r.gains), control::runs_csv(r, ship));
+    const std::vector<std::string> inputs{(std::filesystem::path(o.model) / "ensemble.json").string(), ship.file};
+    trajectories->commit({{"provenance", cli::provenance(app, o.common, inputs, {"--trajectories"})}});
   }
   io::write_text(o.output, control::sweep_csv(results));
 

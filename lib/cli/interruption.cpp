@@ -6,7 +6,7 @@
 namespace leeway::cli {
 namespace {
 
-constexpr std::array kSignals{SIGTERM, SIGINT};
+constexpr std::array kSignals{SIGTERM, SIGINT, SIGHUP};
 
 std::atomic<int> signal_that_came{0};
 static_assert(std::atomic<int>::is_always_lock_free);  // else a signal handler must not touch it
@@ -18,8 +18,10 @@ void note(int signal) { signal_that_came = signal; }
 Interruption::Interruption() {
   signal_that_came = 0;
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
-    before_[i] = std::signal(kSignals[i], note);
-    if (before_[i] == SIG_IGN) std::signal(kSignals[i], SIG_IGN);
+    struct sigaction before {};
+    ::sigaction(kSignals[i], nullptr, &before);
+    before_[i] = before.sa_handler;
+    if (before_[i] != SIG_IGN) std::signal(kSignals[i], note);
   }
 }
 
@@ -29,6 +31,9 @@ Interruption::~Interruption() {
 
 bool Interruption::requested() { return signal_that_came != 0; }
 
-std::string Interruption::signal_name() { return signal_that_came == SIGINT ? "SIGINT" : "SIGTERM"; }
+std::string Interruption::signal_name() {
+  const int signal = signal_that_came;
+  return signal == SIGINT ? "SIGINT" : signal == SIGHUP ? "SIGHUP" : "SIGTERM";
+}
 
 }  // namespace leeway::cli

@@ -5,8 +5,9 @@
 
 namespace leeway::cli {
 
-/// While it lives, SIGTERM and SIGINT do not end the program: long work asks whether one has come, and stops in order.
-/// A signal that was ignored stays so, as for what a shell runs in the background. One at a time.
+/// While it lives, SIGTERM, SIGINT and SIGHUP do not end the program: long work asks whether one has come, and stops in
+/// order. A signal that was ignored stays so, as SIGINT for what a shell runs in the background and SIGHUP under nohup.
+/// One at a time.
 class Interruption {
  public:
   Interruption();
@@ -18,7 +19,7 @@ class Interruption {
   static std::string signal_name();  ///< "SIGTERM"
 
  private:
-  std::array<void (*)(int), 2> before_{};
+  std::array<void (*)(int), 3> before_{};
 };
 
 }  // namespace leeway::cli

@@ -1,12 +1,14 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "cli/simulator.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "dynamics/berthing.hpp"
 #include "dynamics/phased_maneuvers.hpp"
+#include "dynamics/port_navigation.hpp"
 #include "dynamics/schedule.hpp"
 #include "dynamics/straight_run.hpp"
 
@@ -82,7 +84,7 @@ double u0_of(const Ship& ship, const SimOptions& opt) { return opt.u0_mps.value_
 SimulatedShip balanced_start(const Ship& ship, const SimOptions& opt, double u_mps) {
   if (opt.n_p_rps || u_mps <= 0.0) {
     SimulatedShip start(ship, u_mps);
-    start.actuators[Channel::n_p] = 0.0;
+    ship.order_propulsion(0.0, start.actuators);
     return start;
   }
   return steady_ahead(ship, u_mps);
@@ -91,11 +93,21 @@ SimulatedShip balanced_start(const Ship& ship, const SimOptions& opt, double u_m
 // A berthing starts on its plan, and with the user's speed and revolutions where they are given.
 BerthingPlan berthing_plan(const Ship& ship, const SimOptions& opt) {
   BerthingPlan plan = draw_berthing(ship, {opt.common.seed, "berthing plan"});
-  if (opt.u0_mps) plan.u0_mps = *opt.u0_mps;
+  if (opt.u0_mps) plan.steering.u0_mps = *opt.u0_mps;
   return plan;
 }
 
-// The wind of a berthing is drawn unless the command line says something of it.
+double port_navigation_s(const Ship& ship, const SimOptions& opt) {
+  return opt.duration_s.value_or(usual_port_navigation_s(ship));
+}
+
+PortPlan port_plan(const Ship& ship, const SimOptions& opt) {
+  PortPlan plan = draw_port_navigation(ship, port_navigation_s(ship, opt), {opt.common.seed, "port navigation plan"});
+  if (opt.u0_mps) plan.steering.u0_mps = *opt.u0_mps;
+  return plan;
+}
+
+// The wind of a pilot's run is drawn unless the command line says something of it.
 SimOptions with_wind(const SimOptions& opt, const CLI::App& sub) {
   SimOptions result = opt;
   if (sub.count("--wind") + sub.count("--wind-speed-mps") + sub.count("--wind-dir-deg") > 0) return result;
@@ -106,16 +118,16 @@ SimOptions with_wind(const SimOptions& opt, const CLI::App& sub) {
   return result;
 }
 
-SimulatedShip ship_at_start(const Ship& ship, const SimOptions& opt, const std::string& maneuver) {
+SimulatedShip start_of(const Ship& ship, const SimOptions& opt, const std::string& maneuver) {
   SimulatedShip start = maneuver == "straight"          ? balanced_start(ship, opt, u0_of(ship, opt))
                         : maneuver == "thruster-pulses" ? balanced_start(ship, opt, opt.u0_mps.value_or(0.0))
-                        : maneuver == "berthing"        ? berthing_start(ship, berthing_plan(ship, opt))
+                        : maneuver == "berthing"        ? ship_at_start(ship, berthing_plan(ship, opt).steering)
+                        : maneuver == "port-navigation" ? ship_at_start(ship, port_plan(ship, opt).steering)
                                                         : SimulatedShip(ship, u0_of(ship, opt));
   if (!opt.n_p_rps) return start;
-  const Actuator* propeller = ship.find_actuator(Channel::n_p);
-  if (propeller == nullptr || propeller->clip(*opt.n_p_rps) != *opt.n_p_rps)
+  if (ship.propulsion().front().clip(*opt.n_p_rps) != *opt.n_p_rps)
     throw UsageError(fmt::format("--n-p-rps {} is outside the limits of the ship '{}'", *opt.n_p_rps, ship.name));
-  start.actuators[Channel::n_p] = *opt.n_p_rps;
+  ship.order_propulsion(*opt.n_p_rps, start.actuators);
   return start;
 }
 
@@ -130,6 +142,21 @@ ManeuverFacts facts_of(const SimOptions& opt, const std::string& maneuver) {
   return facts;
 }
 
+// The plan of a maneuver that a pilot steers, null for another one; with it the facts have the heading of the quay.
+io::Json plan_of(const Ship& ship, const SimOptions& opt, ManeuverFacts& facts) {
+  if (facts.maneuver == "berthing") {
+    const BerthingPlan plan = berthing_plan(ship, opt);
+    facts.heading = plan.quay_heading;
+    return to_json(plan);
+  }
+  if (facts.maneuver == "port-navigation") {
+    const PortPlan plan = port_plan(ship, opt);
+    facts.heading = plan.quay_heading;
+    return to_json(plan);
+  }
+  return {};
+}
+
 // The ship at the start outlives the maneuver.
 using MakeManeuver = std::unique_ptr<Maneuver> (*)(const SimulatedShip& start, const SimOptions&);
 
@@ -137,27 +164,29 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
   TimeGrid grid = opt.grid;
   grid.duration_s = opt.duration_s.value_or(grid.sample_s);
   grid.check();
-  check_streams(opt);
+  check_outputs(opt);
   Ship ship = read_ship_with_effects(opt);
   if (opt.n_p_rps)
     for (Actuator& actuator : ship.actuators)  // ordered revolutions stay, also in a random run
-      if (actuator.channel == Channel::n_p) actuator.is_random = false;
-  const SimulatedShip start = ship_at_start(ship, opt, name);
+      if (actuator.is_propulsion()) actuator.is_random = false;
+  const SimulatedShip start = start_of(ship, opt, name);
   const auto maneuver = make(start, opt);
   const double longest_s = maneuver->longest_s().value_or(usual_duration_s(ship));
   if (!opt.duration_s) grid.duration_s = grid.sample_s * std::ceil(longest_s / grid.sample_s - 1e-9);
+  grid.check();
   Trajectory every_step;
   const Trajectory truth =
       simulate(start, *maneuver, wind_of(opt), grid, Integrator::rk4, opt.indices.empty() ? nullptr : &every_step);
+  begin_outputs(opt);
   if (!opt.indices.empty()) {
     ManeuverFacts facts = facts_of(opt, name);
     facts.phases = maneuver->phases();
-    const bool is_berthing = name == "berthing";
-    if (is_berthing) facts.heading = berthing_plan(ship, opt).quay_heading;
-    io::Json conditions{{"u0_mps", start.surge_through_water()}, {"n_p_rps", start.actuators[Channel::n_p]}};
+    const io::Json plan = plan_of(ship, opt, facts);
+    io::Json conditions{{"u0_mps", start.surge_through_water()},
+                        {"n_p_rps", start.actuators[ship.propulsion().front().channel]}};
     if (facts.rudder != 0.0) conditions["rudder_deg"] = rad_to_deg(facts.rudder);
-    if (facts.heading != 0.0 && !is_berthing) conditions["heading_deg"] = rad_to_deg(facts.heading);
-    if (is_berthing) conditions["plan"] = to_json(berthing_plan(ship, opt));
+    if (facts.heading != 0.0 && plan.is_null()) conditions["heading_deg"] = rad_to_deg(facts.heading);
+    if (!plan.is_null()) conditions["plan"] = plan;
     conditions["wind"] = {{"kind", opt.wind}, {"speed_mps", opt.wind_speed_mps}, {"dir_deg", opt.wind_dir_deg}};
     if (!ship.effects.empty()) {
       conditions["effects"] = io::Json::array();
@@ -166,24 +195,37 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
     conditions["dt_s"] = grid.dt_s;
     write_indices(app, opt, ship, every_step, facts, std::move(conditions));
   }
-  write_result(opt, truth);
+  write_result(opt, ship, truth);
 }
 
-}  // namespace
+using Start = const SimulatedShip&;
+using Options = const SimOptions&;
+constexpr const char* kUntilDone = "until it is done";
 
-std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt) {
-  using Start = const SimulatedShip&;
-  using Options = const SimOptions&;
-  std::vector<Command> commands;
-  const auto add = [&](const char* name, const char* description, const Defaults& defaults, MakeManeuver make) {
+// The subcommands that are there so far.
+struct Commands {
+  CLI::App& app;
+  SimOptions& opt;
+  std::vector<Command> all;
+
+  CLI::App* add(const char* name, const char* description, const Defaults& defaults, MakeManeuver make) {
     CLI::App* sub = app.add_subcommand(name, description);
     add_maneuver_options(*sub, opt, defaults);
-    commands.push_back({sub, [&app, &opt, name, make] { run_maneuver(app, name, opt, make); }});
+    all.push_back({sub, [&app = app, &opt = opt, name, make] { run_maneuver(app, name, opt, make); }});
     return sub;
-  };
-  const char* until_done = "until it is done";
+  }
 
-  CLI::App* sub = add("zigzag", "zigzag test", {}, [](Start start, Options o) {
+  // The last one's wind is drawn where the command line says nothing of it.
+  void draw_wind(const CLI::App& sub) {
+    all.back().run = [&sub, run = all.back().run, &opt = opt] {
+      opt = with_wind(opt, sub);
+      run();
+    };
+  }
+};
+
+void add_zigzag(Commands& commands, SimOptions& opt) {
+  CLI::App* sub = commands.add("zigzag", "zigzag test", {}, [](Start start, Options o) {
     const ManeuverFacts facts = facts_of(o, "zigzag");
     return zigzag(start.ship, facts.rudder, facts.heading);
   });
@@ -191,43 +233,65 @@ std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt) {
   sub->add_option("--heading-deg", opt.heading_deg, "change of heading at which the rudder is put over [deg]")
       ->check(in_range(0.01, 180.0))
       ->default_str("|rudder-deg|");
+}
 
-  sub = add("turning", "turning circle", {},
-            [](Start start, Options o) { return turning(start.ship, deg_to_rad(o.turning_rudder_deg)); });
+void add_turning(Commands& commands, SimOptions& opt) {
+  CLI::App* sub = commands.add("turning", "turning circle", {}, [](Start start, Options o) {
+    return turning(start.ship, deg_to_rad(o.turning_rudder_deg));
+  });
   add_rudder(*sub, opt.turning_rudder_deg);
+}
 
-  add("random", "random orders, distributed as the ship's JSON says", {}, [](Start start, Options o) {
+void add_random(Commands& commands) {
+  commands.add("random", "random orders, distributed as the ship's JSON says", {}, [](Start start, Options o) {
     return random_orders(start.ship, {o.common.seed, "random orders"});
   });
+}
 
-  sub = add("berthing",
-            "a berthing as a pilot steers it with VecTwin rudders and bow thruster, by --seed; "
-            "so is the wind, unless one of its options is given",
-            {.duration_s = "450 sqrt(L_pp/g)", .u0_mps = "drawn, 0.2 to 0.4 at 3 m; 0 at a quay"},
-            [](Start start, Options o) {
-              return berthing(start.ship, berthing_plan(start.ship, o), {o.common.seed, "berthing pilot"});
-            });
-  commands.back().run = [sub, run = commands.back().run, &opt] {
-    opt = with_wind(opt, *sub);
-    run();
-  };
+void add_berthing(Commands& commands) {
+  CLI::App* sub =
+      commands.add("berthing",
+                   "a berthing as a pilot steers it with VecTwin rudders and bow thruster, by --seed; "
+                   "so is the wind, unless one of its options is given",
+                   {.duration_s = "450 sqrt(L_pp/g)", .u0_mps = "drawn, 0.2 to 0.4 at 3 m; 0 at a quay"},
+                   [](Start start, Options o) {
+                     return berthing(start.ship, berthing_plan(start.ship, o), {o.common.seed, "berthing pilot"});
+                   });
+  commands.draw_wind(*sub);
+}
 
-  sub = add("pull-out", "turn to starboard, amidships, turn to port, amidships: which yaw rates remain?",
-            {.duration_s = until_done}, [](Start start, Options o) {
-              return pull_out(start, deg_to_rad(o.pull_out_rudder_deg), deg_to_rad(o.amidships_deg), o.hold_s);
-            });
+void add_port_navigation(Commands& commands) {
+  CLI::App* sub = commands.add(
+      "port-navigation",
+      "from entering a port to the berth, as a pilot steers it with VecTwin rudders together and bow thruster, by "
+      "--seed; so is the wind, unless one of its options is given",
+      {.duration_s = "320 sqrt(L_pp/g)", .u0_mps = "drawn, 0.39 to 0.51 at 3 m"}, [](Start start, Options o) {
+        return port_navigation(start.ship, port_plan(start.ship, o), port_navigation_s(start.ship, o),
+                               {o.common.seed, "port navigation pilot"});
+      });
+  commands.draw_wind(*sub);
+}
+
+void add_pull_out(Commands& commands, SimOptions& opt) {
+  CLI::App* sub =
+      commands.add("pull-out", "turn to starboard, amidships, turn to port, amidships: which yaw rates remain?",
+                   {.duration_s = kUntilDone}, [](Start start, Options o) {
+                     return pull_out(start, deg_to_rad(o.pull_out_rudder_deg), deg_to_rad(o.amidships_deg), o.hold_s);
+                   });
   add_rudder_to_both_sides(*sub, opt.pull_out_rudder_deg);
   sub->add_option("--amidships-deg", opt.amidships_deg,
                   "rudder angle that counts as amidships: the neutral one, where the ship is not symmetric [deg]")
       ->check(in_range(-180.0, 180.0))
       ->capture_default_str();
   add_hold(*sub, opt);
+}
 
-  sub = add("spiral", "Dieudonne's spiral: rudder from starboard stepwise to port and back", {.duration_s = until_done},
-            [](Start start, Options o) {
-              return spiral(start, deg_to_rad(o.spiral_rudder_deg), deg_to_rad(o.step_deg), deg_to_rad(o.fine_step_deg),
-                            o.hold_s);
-            });
+void add_spiral(Commands& commands, SimOptions& opt) {
+  CLI::App* sub = commands.add("spiral", "Dieudonne's spiral: rudder from starboard stepwise to port and back",
+                               {.duration_s = kUntilDone}, [](Start start, Options o) {
+                                 return spiral(start, deg_to_rad(o.spiral_rudder_deg), deg_to_rad(o.step_deg),
+                                               deg_to_rad(o.fine_step_deg), o.hold_s);
+                               });
   add_rudder_to_both_sides(*sub, opt.spiral_rudder_deg);
   sub->add_option("--step-deg", opt.step_deg, "step between rudder angles; --rudder-deg is a multiple of it [deg]")
       ->check(in_range(0.1, 180.0))
@@ -237,32 +301,39 @@ std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt) {
       ->check(in_range(0.01, 180.0))
       ->capture_default_str();
   add_hold(*sub, opt);
+}
 
-  sub = add(
+void add_crash_stop(Commands& commands, SimOptions& opt) {
+  CLI::App* sub = commands.add(
       "crash-stop", "steady ahead, then full astern; by the rudders (clamshell) where the propeller does not reverse",
-      {.duration_s = until_done}, [](Start start, Options o) { return crash_stop(start, o.approach_s, o.astern_rps); });
+      {.duration_s = kUntilDone}, [](Start start, Options o) { return crash_stop(start, o.approach_s, o.astern_rps); });
   sub->add_option("--approach-s", opt.approach_s, "time on a straight course before the order [s]")
       ->check(not_negative())
       ->default_str("5 L_pp/u0");
   sub->add_option("--astern-rps", opt.astern_rps, "revolutions astern, negative [1/s]")
       ->check(in_range(-1000.0, 0.0))
       ->default_str("those ahead, reversed");
+}
 
-  add("coast-down", "propeller stopped, rudders amidships, to a tenth of the speed", {.duration_s = until_done},
-      [](Start start, Options) { return coast_down(start); });
+void add_coast_down(Commands& commands) {
+  commands.add("coast-down", "propeller stopped, rudders amidships, to a tenth of the speed",
+               {.duration_s = kUntilDone}, [](Start start, Options) { return coast_down(start); });
+}
 
-  sub = add("thruster-pulses", "pulses of a side thruster to starboard, to port, and so on",
-            {.duration_s = until_done, .u0_mps = "0", .n_p_rps = "0 at rest, else those that hold the speed"},
-            [](Start start, Options o) {
-              std::optional<Channel> thruster;
-              if (!o.thruster.empty()) thruster = o.thruster == "bow" ? Channel::n_bt : Channel::n_st;
-              ThrusterPulses pulses = thruster_pulses_for(start.ship, thruster);
-              pulses.rps = o.thruster_rps.value_or(pulses.rps);
-              pulses.pulse_s = o.pulse_s.value_or(pulses.pulse_s);
-              pulses.rest_s = o.rest_s.value_or(pulses.rest_s);
-              pulses.pulses = o.pulses;
-              return thruster_pulses(start, pulses);
-            });
+void add_thruster_pulses(Commands& commands, SimOptions& opt) {
+  CLI::App* sub =
+      commands.add("thruster-pulses", "pulses of a side thruster to starboard, to port, and so on",
+                   {.duration_s = kUntilDone, .u0_mps = "0", .n_p_rps = "0 at rest, else those that hold the speed"},
+                   [](Start start, Options o) {
+                     std::optional<Channel> thruster;
+                     if (!o.thruster.empty()) thruster = o.thruster == "bow" ? Channel::n_bt : Channel::n_st;
+                     ThrusterPulses pulses = thruster_pulses_for(start.ship, thruster);
+                     pulses.rps = o.thruster_rps.value_or(pulses.rps);
+                     pulses.pulse_s = o.pulse_s.value_or(pulses.pulse_s);
+                     pulses.rest_s = o.rest_s.value_or(pulses.rest_s);
+                     pulses.pulses = o.pulses;
+                     return thruster_pulses(start, pulses);
+                   });
   sub->add_option("--thruster", opt.thruster, "bow or stern")
       ->check(CLI::IsMember({"bow", "stern"}))
       ->default_str("the bow thruster, or else the stern thruster");
@@ -274,30 +345,52 @@ std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt) {
       ->check(positive())
       ->default_str("120 sqrt(L_pp/g)");
   sub->add_option("--pulses", opt.pulses, "number of pulses")->check(in_range(1.0, 10000.0))->capture_default_str();
+}
 
-  sub = add("straight", "straight ahead at --u0-mps, the heading kept by a controller",
-            {.n_p_rps = "those that hold the speed in calm air"}, [](Start start, Options o) {
-              CourseKeeper keeper = course_keeper(start);
-              if (o.kp) keeper.kp = deg_to_rad(*o.kp);
-              if (o.kd) keeper.kd_s = deg_to_rad(*o.kd);
-              return straight(start.ship, keeper);
-            });
+void add_straight(Commands& commands, SimOptions& opt) {
+  CLI::App* sub = commands.add("straight", "straight ahead at --u0-mps, the heading kept by a controller",
+                               {.n_p_rps = "those that hold the speed in calm air"}, [](Start start, Options o) {
+                                 CourseKeeper keeper = course_keeper(start);
+                                 if (o.kp) keeper.kp = deg_to_rad(*o.kp);
+                                 if (o.kd) keeper.kd_s = deg_to_rad(*o.kd);
+                                 return straight(start.ship, keeper);
+                               });
   sub->add_option("--kp", opt.kp, "gain on the heading error [deg/rad]")->check(not_negative())->default_str("57.3");
   sub->add_option("--kd", opt.kd, "gain on the yaw rate [deg/(rad/s)]")
       ->check(not_negative())
       ->default_str("114.6 L_pp/u0");
+}
 
-  sub = add("schedule", "orders by the clock, from a file", {.duration_s = "200 s beyond the last row"},
-            [](Start start, Options o) {
-              Schedule schedule = read_schedule(o.schedule, start.ship);
-              warn_all(schedule.notices);
-              return scheduled_orders(std::move(schedule));
-            });
+void add_schedule(Commands& commands, SimOptions& opt) {
+  CLI::App* sub = commands.add("schedule", "orders by the clock, from a file",
+                               {.duration_s = "200 s beyond the last row"}, [](Start start, Options o) {
+                                 Schedule schedule = read_schedule(o.schedule, start.ship);
+                                 warn_all(schedule.notices);
+                                 return scheduled_orders(std::move(schedule));
+                               });
   sub->add_option(
          "schedule", opt.schedule,
          "orders (CSV): t_s and columns such as delta_deg, n_p_rps; an empty field keeps the order; '-' for stdin")
       ->required();
-  return commands;
+}
+
+}  // namespace
+
+std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt) {
+  Commands commands{app, opt, {}};
+  add_zigzag(commands, opt);
+  add_turning(commands, opt);
+  add_random(commands);
+  add_berthing(commands);
+  add_port_navigation(commands);
+  add_pull_out(commands, opt);
+  add_spiral(commands, opt);
+  add_crash_stop(commands, opt);
+  add_coast_down(commands);
+  add_thruster_pulses(commands, opt);
+  add_straight(commands, opt);
+  add_schedule(commands, opt);
+  return std::move(commands.all);
 }
 
 }  // namespace leeway::cli

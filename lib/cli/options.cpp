@@ -2,18 +2,22 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <set>
 #include <thread>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "cli/messages.hpp"
+#include "cli/resources.hpp"
 #include "core/errors.hpp"
 #include "core/parallel.hpp"
 #include "io/csv.hpp"
@@ -21,24 +25,11 @@
 
 namespace leeway::cli {
 
-namespace {
-
-// A message may quote a file that is not text at all: no control characters reach the terminal, and not a megabyte.
-std::string one_line(std::string text) {
-  constexpr std::size_t kLongest = 2000;
-  if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  return text;
-}
-
-}  // namespace
-
 void add_common_options(CLI::App& app, CommonOptions& options) {
   options.jobs = std::max(1U, std::thread::hardware_concurrency());
-  app.add_option("--seed", options.seed, "seed of every random number")->check(at_least(0))->capture_default_str();
+  app.add_option("--seed", options.seed, "seed of every random number")->transform(at_least(0))->capture_default_str();
   app.add_option("--jobs", options.jobs, "threads; they change the time, never the result")
-      ->check(at_least(1))
+      ->transform(at_least(1))
       ->default_str("the cores");
   app.add_flag("-v,--verbose", options.verbose, "say more on the standard error");
   app.add_flag("--quiet", options.quiet, "say nothing but errors");
@@ -46,37 +37,36 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
 }
 
 std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptions& options) {
+  keep_closed_streams_closed();
   std::signal(SIGPIPE, SIG_IGN);  // a broken pipe is an error of write(), reported as BrokenPipe
   std::signal(SIGXFSZ, SIG_IGN);  // and so is a file that grows beyond what the user may write
   const std::string program = app.get_name();
+  end_in_order_without_memory(program);
 #ifdef __AVX2__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
-    fmt::print(stderr, "{}: error: built for processors with AVX2 and FMA; build with -DLEEWAY_MARCH= on this one\n",
-               program);
+    say(fmt::format("{}: error: built for processors with AVX2 and FMA; build with -DLEEWAY_MARCH= on this one\n",
+                    program));
     return kComputationFailed;
   }
 #endif
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {
-    const int code = app.exit(done, std::cout, std::cerr);
+    const int code = app.exit(done, std::cout, std::cout);
     if (std::cout.flush() || errno == EPIPE) return code;
-    fmt::print(stderr, "{}: error: standard output: cannot be written: {}\n", program, std::strerror(errno));
+    say(fmt::format("{}: error: standard output: cannot be written: {}\n", program, std::strerror(errno)));
     return kBadFile;
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "{}: error: {}. Try '{} --help'.\n", program, one_line(error.what()), program);
+    say(fmt::format("{}: error: {}. Try '{} --help'.\n", program, one_line(error.what()), program));
     return kUsage;
   }
-  auto logger = spdlog::stderr_color_st("leeway");
-  logger->set_pattern(program + ": %^%l%$: %v");
-  logger->set_level(options.quiet ? spdlog::level::err : options.verbose ? spdlog::level::debug : spdlog::level::info);
-  spdlog::set_default_logger(logger);
+  log_to_messages(program, options.verbose, options.quiet);
   return std::nullopt;
 }
 
 int report_current_exception(const std::string& program) {
-  const auto say = [&](const std::string& what, int code) {
-    fmt::print(stderr, "{}: error: {}\n", program, one_line(what));
+  const auto ended = [&](const std::string& what, int code) {
+    say(fmt::format("{}: error: {}\n", program, one_line(what)));
     return code;
   };
   try {
@@ -84,17 +74,19 @@ int report_current_exception(const std::string& program) {
   } catch (const BrokenPipe&) {
     return kOk;
   } catch (const NumericalError& error) {
-    return say(error.what(), kComputationFailed);
+    return ended(error.what(), kComputationFailed);
   } catch (const UsageError& error) {
-    return say(error.what(), kUsage);
+    return ended(error.what(), kUsage);
   } catch (const InputError& error) {
-    return say(error.what(), kBadInput);
+    return ended(error.what(), kBadInput);
   } catch (const IoError& error) {
-    return say(error.what(), kBadFile);
+    return ended(error.what(), kBadFile);
   } catch (const std::bad_alloc&) {
-    return say("out of memory", kComputationFailed);
+    return ended("out of memory", kComputationFailed);
   } catch (const std::exception& error) {
-    return say(fmt::format("this is a bug in leeway {}: {}", LEEWAY_VERSION, error.what()), kBug);
+    return ended(fmt::format("this is a bug in leeway {}: {}", LEEWAY_VERSION, error.what()), kBug);
+  } catch (...) {
+    return ended(fmt::format("this is a bug in leeway {}: an exception of unknown type", LEEWAY_VERSION), kBug);
   }
 }
 
@@ -121,9 +113,18 @@ CLI::Validator not_negative() {
   return numeric(
       "a number >= 0", [](double x, double, double) { return x >= 0.0; }, 0.0, 0.0);
 }
-CLI::Validator at_least(double low) {
-  return numeric(
-      fmt::format("a number >= {}", low), [](double x, double a, double) { return x >= a; }, low, 0.0);
+CLI::Validator at_least(std::uint64_t low) {
+  return {[low](std::string& text) {
+            std::uint64_t value = 0;
+            const char* const end = text.data() + text.size();
+            const auto [stopped, error] = std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, value);
+            if (error != std::errc() || stopped != end || value < low)
+              return fmt::format("expected a whole number from {} to {}, got '{}'", low,
+                                 std::numeric_limits<std::uint64_t>::max(), text);
+            text = fmt::format("{}", value);  // 010 is ten
+            return std::string();
+          },
+          ""};
 }
 CLI::Validator in_range(double low, double high) {
   return numeric(
@@ -171,22 +172,27 @@ io::Json provenance(const CLI::App& app, const CommonOptions& options, const std
 }
 
 std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, const std::string& columns_map,
-                                        std::size_t jobs, bool keep_unknown) {
+                                        std::size_t jobs, bool keep_unknown, bool warn_of_jumps) {
   std::optional<io::ColumnsMap> map;
   if (!columns_map.empty()) map = io::read_columns_map(columns_map);
   std::map<std::string, std::string> path_of_name;
   for (const std::string& path : paths)
     if (const auto [other, is_new] = path_of_name.emplace(io::stem(path), path); !is_new)
       throw UsageError(
-          fmt::format("{}: has the same name as {}; recordings are told apart by their names", path, other->second));
+          fmt::format("{}: has the same name as {}; recordings are distinguished by their names", path, other->second));
   std::vector<Trajectory> recordings(paths.size());
   parallel_for(paths.size(), jobs, [&](std::size_t i) {
     recordings[i] = io::read_trajectory(paths[i], map ? &*map : nullptr, keep_unknown);
   });
-  std::set<std::string> ignored;
+  std::set<std::string> names;
   for (const Trajectory& recording : recordings)
-    ignored.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
-  if (!ignored.empty()) spdlog::warn("columns that no tool knows are ignored: {}", fmt::join(ignored, ", "));
+    names.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
+  const std::vector<std::string> ignored(names.begin(), names.end());
+  if (!ignored.empty()) spdlog::warn("columns that no tool knows are ignored: {}", io::listed(ignored));
+  for (const Trajectory& recording : recordings)
+    if (warn_of_jumps && clock_jumps(recording))
+      spdlog::warn("{}:{}: column 't_s': {}: was the clock set? Nothing is computed across it", recording.file,
+                   recording.longest_step.line, jump_text(recording));
   return recordings;
 }
 

@@ -40,10 +40,11 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
 /// For a catch (...) at the end of main: one line on stderr, and the exit code of the error.
 int report_current_exception(const std::string& program);
 
-/// Validators that refuse nan and inf and answer in a short sentence.
+/// Validators that refuse nan and inf and answer in a short sentence. at_least() takes whole numbers alone, and none
+/// that 64 bits do not hold; as a transform() it keeps CLI11 from reading 010 as 8.
 CLI::Validator positive();
 CLI::Validator not_negative();
-CLI::Validator at_least(double low);
+CLI::Validator at_least(std::uint64_t low);
 CLI::Validator in_range(double low, double high);
 
 /// SHA-256 of an input file; empty for a pipe, which cannot be read twice.
@@ -57,9 +58,10 @@ io::Json provenance(const CLI::App& app, const CommonOptions& options, const std
 
 /// Reads recordings in parallel, with one notice for the columns that no tool knows. Two recordings of one name are
 /// a UsageError, since results refer to recordings by name.
-///   keep_unknown  as for io::read_trajectory
+///   keep_unknown   as for io::read_trajectory
+///   warn_of_jumps  whether a clock that jumps gives a warning with file and line
 std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, const std::string& columns_map,
-                                        std::size_t jobs, bool keep_unknown = false);
+                                        std::size_t jobs, bool keep_unknown = false, bool warn_of_jumps = true);
 
 /// Logs results' notices as warnings.
 void warn_all(const std::vector<std::string>& notices);

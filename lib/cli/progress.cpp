@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "cli/messages.hpp"
+
 namespace leeway::cli {
 
 std::string duration(double seconds) {
@@ -18,7 +20,7 @@ Progress::Progress(std::string what, double total, const CommonOptions& options)
     : what_(std::move(what)), total_(total), quiet_(options.quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
-  if (bar_open_) fmt::print(stderr, "\n");
+  if (bar_open_) say("\n");
 }
 
 void Progress::update(double done, const std::string& note) {
@@ -32,16 +34,15 @@ void Progress::update(double done, const std::string& note) {
     if (share < 1.0 && now - last_ < std::chrono::milliseconds(200)) return;
     last_ = now;
     const int filled = static_cast<int>(share * 30.0);
-    fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %  {}  {} left \x1b[K", what_, "", filled, "", 30 - filled,
-               100.0 * share, note, duration(left));
-    std::fflush(stderr);
+    say(fmt::format("\r{} [{:#<{}}{:.<{}}] {:3.0f} %  {}  {} left \x1b[K", what_, "", filled, "", 30 - filled,
+                    100.0 * share, note, duration(left)));
     bar_open_ = true;
     return;
   }
   const int tenths = static_cast<int>(share * 10.0);
   if (tenths <= tenths_said_) return;
   tenths_said_ = tenths;
-  fmt::print(stderr, "{}: {} %, {}, {} left\n", what_, 10 * tenths, note, duration(left));
+  say(fmt::format("{}: {} %, {}, {} left\n", what_, 10 * tenths, note, duration(left)));
 }
 
 }  // namespace leeway::cli

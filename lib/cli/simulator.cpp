@@ -1,45 +1,89 @@
 #include "cli/simulator.hpp"
 
+#include <set>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "cli/inputs.hpp"
 #include "core/errors.hpp"
 #include "dynamics/observation_noise.hpp"
 #include "dynamics/replay.hpp"
 #include "io/dataset_json.hpp"
 #include "io/files.hpp"
+#include "io/result_folder.hpp"
 #include "io/trajectory_csv.hpp"
+#include "ship/pitch_current.hpp"
 
 namespace leeway::cli {
 namespace {
+
+Inputs inputs_of(const SimOptions& opt) {
+  Inputs inputs;
+  inputs.config("ships", opt.ship).config("noise", opt.noise).config("columns", opt.columns).files(opt.effects);
+  return inputs.files({opt.schedule}).recordings(opt.recordings);
+}
+
+// prediction.json of a replay, without what its run alone knows.
+io::Json prediction_summary(const SimOptions& opt, const TimeGrid& grid) {
+  return {{"sampling", "single"},
+          {"members", 0},
+          {"particles", 1},
+          {"steps", opt.restart_steps},
+          {"time_step_s", grid.sample_s}};
+}
+
+// All that decides the predictions of a replay but the recordings.
+std::string generation_of(const SimOptions& opt, const Ship& ship, const TimeGrid& grid) {
+  io::Json json = prediction_summary(opt, grid);
+  json["version"] = LEEWAY_VERSION;
+  json["dt_s"] = grid.dt_s;
+  json["hold"] = opt.hold;
+  json["ship"] = input_sha256(ship.file);
+  for (const std::string& effect : opt.effects) json["effects"].push_back(input_sha256(effect));
+  return json.dump();
+}
 
 void run_replay(const CLI::App& app, const SimOptions& opt) {
   TimeGrid grid = opt.grid;
   grid.duration_s = grid.sample_s;
   grid.check();
   if (opt.prediction != (opt.restart_steps > 0)) throw UsageError("--prediction and --restart-steps belong together");
-  if (opt.prediction && !(opt.noise.empty() && opt.truth.empty() && opt.indices.empty()))
-    throw UsageError("--noise, --truth and --indices do not apply to --prediction");
+  const bool has_other_columns = opt.recorded != RecordedColumns();
+  if (opt.prediction && !(opt.noise.empty() && opt.truth.empty() && opt.indices.empty() && !has_other_columns))
+    throw UsageError("--noise, --truth, --record-... and --indices do not apply to --prediction");
   std::vector<std::string> paths;
-  for (const io::RecordingFile& file : io::expand_recordings(opt.recordings)) paths.push_back(file.path);
+  std::set<std::string> initial_states;
+  for (const io::RecordingFile& file : io::expand_recordings(opt.recordings)) {
+    paths.push_back(file.path);
+    initial_states.emplace(io::word(file.states));
+  }
   if (!opt.prediction && paths.size() != 1)
     throw UsageError("one recording at a time, except with --restart-steps and --prediction");
-  if (!opt.prediction) check_streams(opt);
+  if (!opt.prediction) check_outputs(opt);
 
   const Ship ship = read_ship_with_effects(opt);
-  const std::vector<Trajectory> recordings = read_recordings(paths, opt.columns, opt.common.jobs);
+  std::vector<Trajectory> recordings = read_recordings(paths, opt.columns, opt.common.jobs, false, opt.prediction);
+  add_revolutions(recordings, ship);
   std::vector<RecordedInputs> inputs;
   for (const Trajectory& recording : recordings) {
     inputs.emplace_back(recording, ship, opt.hold ? InputInterpolation::hold : InputInterpolation::linear);
     warn_all(inputs.back().notices());
   }
   if (!opt.prediction) {
+    warn_all(holes_to_drive_through(recordings[0], grid));
     if (!opt.indices.empty()) {
       const Trajectory every_step = replay(ship, recordings[0], inputs[0], {grid.dt_s, grid.dt_s, grid.dt_s});
+      const Trajectory truth = replay(ship, recordings[0], inputs[0], grid);
+      begin_outputs(opt);
       write_indices(app, opt, ship, every_step, {"replay", 0.0, 0.0, {}, 0.0}, {{"dt_s", grid.dt_s}});
+      return write_result(opt, ship, truth);
     }
-    return write_result(opt, replay(ship, recordings[0], inputs[0], grid));
+    const Trajectory truth = replay(ship, recordings[0], inputs[0], grid);
+    begin_outputs(opt);
+    return write_result(opt, ship, truth);
   }
 
   const auto predict = [&](std::size_t i, io::PredictionWriter& writer) {
@@ -48,16 +92,30 @@ void run_replay(const CLI::App& app, const SimOptions& opt) {
                    opt.restart_steps);
   };
   if (opt.output == "-") {
+    inputs_of(opt).keep_from({opt.output});
     io::PredictionWriter writer("-");
     for (std::size_t i = 0; i < recordings.size(); ++i) predict(i, writer);
     return writer.commit();
   }
-  io::make_directories(opt.output);
+  std::vector<std::string> files;
+  files.reserve(recordings.size());
+  for (const Trajectory& recording : recordings) files.push_back(recording.name + ".csv");
+  io::ResultFolder folder(opt.output, "prediction.json", files, generation_of(opt, ship, grid));
+  inputs_of(opt).keep_from(folder.outputs());
+  folder.begin();
   for (std::size_t i = 0; i < recordings.size(); ++i) {
-    io::PredictionWriter writer(fmt::format("{}/{}.csv", opt.output, recordings[i].name));
+    io::PredictionWriter writer(folder.path(files[i]));
     predict(i, writer);
     writer.commit();
+    folder.add(files[i]);
   }
+  io::Json summary = prediction_summary(opt, grid);
+  summary["initial_state"] = initial_states.size() == 1 ? *initial_states.begin() : "mixed";
+  std::vector<std::string> inputs_read{ship.file};
+  inputs_read.insert(inputs_read.end(), opt.effects.begin(), opt.effects.end());
+  inputs_read.insert(inputs_read.end(), paths.begin(), paths.end());
+  summary["provenance"] = provenance(app, opt.common, inputs_read);
+  folder.commit(std::move(summary));
 }
 
 }  // namespace
@@ -73,7 +131,8 @@ void add_ship_and_steps(CLI::App& sub, SimOptions& opt) {
                  "physics to add to the ship's effects (JSON, see 'mmg-sim effects'); may be given several times")
       ->type_name("TEXT")
       ->expected(1)
-      ->take_all();
+      ->take_all()
+      ->allow_extra_args(false);  // recordings that follow are none of its
   sub.add_option("--dt-s", opt.grid.dt_s, "time step of the integration [s]")
       ->check(cli::positive())
       ->capture_default_str();
@@ -87,6 +146,13 @@ void add_noise(CLI::App& sub, SimOptions& opt) {
       "--noise", opt.noise,
       "observation noise (JSON), or the name of a shipped one: paper-model-scale, paper-full-scale [default: none]");
   sub.add_option("--truth", opt.truth, "also write the noise-free states here (CSV)");
+  sub.add_option("--record-bow-thruster", opt.recorded.bow_thruster,
+                 "n_bt_rps, or i_bt in its place: the pitch current of its drive, where the ship states it")
+      ->check(CLI::IsMember(RecordedColumns::bow_thruster_words()))
+      ->capture_default_str();
+  sub.add_option("--record-wind", opt.recorded.wind, "both, or the true or the apparent wind alone")
+      ->check(CLI::IsMember(RecordedColumns::wind_words()))
+      ->capture_default_str();
 }
 
 void add_indices(CLI::App& sub, SimOptions& opt) {
@@ -108,19 +174,27 @@ void write_indices(const CLI::App& app, const SimOptions& opt, const Ship& ship,
   io::write_text(opt.indices, io::to_text(json));
   if (!json.contains("indices")) return;
   if (const std::vector<std::string> missing = not_reached(json["indices"]); !missing.empty())
-    spdlog::warn("null in the indices, since this run of {} s did not reach or did not tell it: {}",
+    spdlog::warn("null in the indices, since this run of {} s did not reach or did not determine it: {}",
                  every_step[Channel::t].back() - every_step[Channel::t].front(), fmt::join(missing, ", "));
 }
 
-void check_streams(const SimOptions& opt) {
+void check_outputs(const SimOptions& opt) {
   if ((opt.output == "-") + (opt.truth == "-") + (opt.indices == "-") > 1)
     throw UsageError("only one of --output, --truth and --indices can be the standard output");
+  inputs_of(opt).keep_from({opt.output, opt.truth, opt.indices});
 }
 
-void write_result(const SimOptions& opt, const Trajectory& truth) {
+void begin_outputs(const SimOptions& opt) {
+  if (!opt.truth.empty() || !opt.indices.empty()) io::remove_output(opt.output);
+}
+
+void write_result(const SimOptions& opt, const Ship& ship, Trajectory truth) {
   const ObservationNoise noise = opt.noise.empty() ? ObservationNoise{} : read_noise(opt.noise);
+  complete_truth(truth, opt.recorded, ship);
   if (!opt.truth.empty()) io::write_trajectory(opt.truth, truth);
-  io::write_trajectory(opt.output, observed(truth, noise, {opt.common.seed, "observation noise"}));
+  Trajectory recording = observed(truth, noise, {opt.common.seed, "observation noise"});
+  leave_recorded(recording, opt.recorded);
+  io::write_trajectory(opt.output, recording);
 }
 
 Ship read_ship_with_effects(const SimOptions& opt) {

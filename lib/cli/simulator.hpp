@@ -7,6 +7,7 @@
 
 #include "cli/options.hpp"
 #include "dynamics/indices.hpp"
+#include "dynamics/recorded_columns.hpp"
 #include "dynamics/simulation.hpp"
 
 /// The subcommands of mmg-sim that simulate.
@@ -18,6 +19,7 @@ struct SimOptions {
   std::string ship, output = "-", noise, truth, indices, columns, schedule, thruster;
   std::vector<std::string> recordings, effects;
   TimeGrid grid;
+  RecordedColumns recorded;
   std::optional<double> duration_s, u0_mps, n_p_rps, hold_s, approach_s, astern_rps, thruster_rps, pulse_s, rest_s, kp,
       kd;
   double zigzag_rudder_deg = 10.0, turning_rudder_deg = 35.0, pull_out_rudder_deg = 20.0, spiral_rudder_deg = 25.0,
@@ -46,15 +48,19 @@ void add_output(CLI::App& sub, SimOptions& opt, const std::string& what);
 
 /// --ship, --effect, --dt-s, --sample-s.
 void add_ship_and_steps(CLI::App& sub, SimOptions& opt);
-/// --noise, --truth.
+/// --noise, --truth, --record-bow-thruster, --record-wind.
 void add_noise(CLI::App& sub, SimOptions& opt);
 /// --indices.
 void add_indices(CLI::App& sub, SimOptions& opt);
-/// Throws UsageError if two results are to go to the standard output.
-void check_streams(const SimOptions& opt);
+/// Throws UsageError if two results are to go to one place, or one to where an input lies.
+void check_outputs(const SimOptions& opt);
+/// Removes the main output of an earlier run where further ones are written: it comes last, and where it lies they are
+/// of its run.
+void begin_outputs(const SimOptions& opt);
 /// The ship, with the effects of --effect.
 Ship read_ship_with_effects(const SimOptions& opt);
-void write_result(const SimOptions& opt, const Trajectory& truth);
+/// The recording of a run, and its truth where that is asked for.
+void write_result(const SimOptions& opt, const Ship& ship, Trajectory truth);
 void write_indices(const CLI::App& app, const SimOptions& opt, const Ship& ship, const Trajectory& every_step,
                    const ManeuverFacts& facts, io::Json conditions);
 

@@ -8,7 +8,9 @@
 
 #include "core/errors.hpp"
 #include "core/parallel.hpp"
+#include "dynamics/maneuvers.hpp"
 #include "io/csv.hpp"
+#include "ship/pitch_current.hpp"
 
 namespace leeway::control {
 namespace {
@@ -39,18 +41,18 @@ class Lanes {
   static Actuators<double> start_actuators(const Ship& ship) {
     Actuators<double> start = ship.initial_actuators();
     for (const Actuator& a : ship.actuators)
-      if (a.is_rudder() || a.channel == Channel::n_bt || a.channel == Channel::n_st) start[a.channel] = a.clip(0.0);
+      if (a.is_rudder() || a.is_thruster()) start[a.channel] = a.clip(0.0);
     return start;
   }
 
+  const Ship& ship() const { return ship_; }
   const Actuators<double>& actuators(std::size_t lane) const { return actuators_[lane]; }
 
   // What the controller orders, and how the actuators move over the step.
   StepInputs<double> step_inputs(std::size_t lane, double psi, double r) {
     Actuators<double> command = start_actuators(ship_);
     const double order = gains_[lane].command(psi - task_.psi_bar, r);
-    for (const Actuator& a : ship_.actuators)
-      if (a.is_rudder()) command[a.channel] = order;  // respond() clips to each rudder's range
+    order_rudders(ship_, order, command);  // respond() clips to each rudder's range
     StepInputs<double> inputs = respond(ship_, actuators_[lane], command, Vec2<double>::Zero(), task_.dt_s);
     actuators_[lane] = inputs.end.actuators;
     return inputs;
@@ -106,7 +108,7 @@ void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTas
       // The networks know inputs that are held over a step: those in the middle of it.
       const StepInputs<double> inputs = lanes.step_inputs(lane, eta(2, i), nu(2, i));
       for (std::size_t c = 0; c < channels.size(); ++c)
-        held(static_cast<Eigen::Index>(c), i) = inputs.middle.actuators[channels[c]];
+        held(static_cast<Eigen::Index>(c), i) = value_of(channels[c], inputs.middle.actuators, lanes.ship());
     }
     if (k == steps) break;
     evaluator.step(member, Integrator::rk4, task.dt_s, held, Vec2<double>::Zero(), eta, nu,
@@ -123,7 +125,7 @@ std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& en
                                   const std::vector<PdGains>& gains, const HeadingTask& task, int particles,
                                   std::uint64_t seed, std::size_t jobs, bool keep_runs) {
   for (const Channel channel : ensemble.header().inputs.sampled_actuators())
-    if (ship.find_actuator(channel) == nullptr)
+    if (!knows(ship, channel))
       throw UsageError(
           fmt::format("the ensemble needs '{}', which the ship {} does not have", column_name(channel), ship.name));
   const long steps = whole_steps("--duration-s", task.duration_s, task.dt_s);
@@ -194,9 +196,13 @@ std::string sweep_csv(const std::vector<SweepResult>& results) {
     fmt::format_to(std::back_inserter(text), ",score_member_{:02}", m);
   text += '\n';
   for (const SweepResult& r : results) {
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{}", r.gains.kp, r.gains.kd, r.score_true, r.score_mean,
-                   r.score_worst, r.score_best);
-    for (const double score : r.score_members) fmt::format_to(std::back_inserter(text), ",{}", score);
+    fmt::format_to(std::back_inserter(text), "{},{}", r.gains.kp, r.gains.kd);
+    const auto append = [&](double score) {
+      text += ',';
+      io::append_number(text, score);
+    };
+    for (const double score : {r.score_true, r.score_mean, r.score_worst, r.score_best}) append(score);
+    for (const double score : r.score_members) append(score);
     text += '\n';
   }
   return text;
@@ -215,10 +221,15 @@ std::string runs_csv(const SweepResult& result, const Ship& ship) {
   const auto append = [&](const std::string& model, const ControlledRun& run) {
     for (std::size_t i = 0; i < run.eta.size(); ++i) {
       const Vec3<double>&eta = run.eta[i], &nu = run.nu[i];
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}", model, kSample_s * static_cast<double>(i),
-                     eta(0), eta(1), rad_to_deg(eta(2)), nu(0), nu(1), rad_to_deg(nu(2)));
-      for (std::size_t j = 0; j < rudders; ++j)
-        fmt::format_to(std::back_inserter(text), ",{}", rad_to_deg(run.rudder[i * rudders + j]));
+      text += model;
+      const auto put = [&](double value) {
+        text += ',';
+        io::append_number(text, value);
+      };
+      for (const double value :
+           {kSample_s * static_cast<double>(i), eta(0), eta(1), rad_to_deg(eta(2)), nu(0), nu(1), rad_to_deg(nu(2))})
+        put(value);
+      for (std::size_t j = 0; j < rudders; ++j) put(rad_to_deg(run.rudder[i * rudders + j]));
       text += '\n';
     }
   };

@@ -4,13 +4,16 @@
 #include <atomic>
 #include <cstddef>
 #include <exception>
+#include <new>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 namespace leeway {
 
-/// Calls task(i) for i in [0, n) on at most `jobs` threads; the tasks share nothing that they write. All tasks are
-/// tried until one fails; then the exception of the lowest failed index is thrown, whatever the number of threads.
+/// Calls task(i) for i in [0, n) on at most `jobs` threads, on fewer where the system refuses more; the tasks share
+/// nothing that they write. All tasks are tried until one fails; then the exception of the lowest failed index is
+/// thrown, whatever the number of threads.
 template <typename Task>
 void parallel_for(std::size_t n, std::size_t jobs, const Task& task) {
   std::vector<std::exception_ptr> failures(n);
@@ -31,7 +34,11 @@ void parallel_for(std::size_t n, std::size_t jobs, const Task& task) {
   };
   {
     std::vector<std::jthread> threads;
-    for (std::size_t k = 1; k < std::min(jobs, n); ++k) threads.emplace_back(work);
+    try {
+      for (std::size_t k = 1; k < std::min(jobs, n); ++k) threads.emplace_back(work);
+    } catch (const std::system_error&) {  // no more threads here, or no memory for them: those there are do the work
+    } catch (const std::bad_alloc&) {
+    }
     work();
   }
   for (const auto& failure : failures)

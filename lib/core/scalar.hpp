@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 namespace leeway {
 
@@ -18,6 +19,13 @@ T limited(const T& x, double low, double high) {
 template <typename T>
 T quadratic(const std::array<T, 3>& c, const T& x) {
   return c[0] + (c[1] + c[2] * x) * x;
+}
+
+template <typename U, typename T, std::size_t n>
+std::array<U, n> cast_all(const std::array<T, n>& from) {
+  std::array<U, n> to{};
+  for (std::size_t i = 0; i < n; ++i) to[i] = U(from[i]);
+  return to;
 }
 
 }  // namespace leeway

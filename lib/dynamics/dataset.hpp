@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/observation_noise.hpp"
+#include "dynamics/recorded_columns.hpp"
 
 namespace leeway {
 
@@ -17,6 +19,8 @@ struct DrawnRange {
 enum class ManeuverKind {
   random,
   berthing,
+  port_navigation,
+  replay,
   zigzag,
   turning,
   pull_out,
@@ -27,6 +31,8 @@ enum class ManeuverKind {
   straight,
 };
 
+struct DatasetSpec;
+
 /// One run of a dataset.
 struct RunSpec {
   std::string name;  ///< of the recording, unique in the dataset
@@ -36,12 +42,17 @@ struct RunSpec {
   double duration_s = 0.0;              ///< the mean, where it is shared
   DrawnRange wind_speed_mps, wind_dir;  ///< [m/s], [rad]; means where the wind is stochastic
   bool has_stochastic_wind = false;
+  std::vector<EffectEntry> unrecorded;  ///< physics of this run that no column holds
+  /// Of a replay: the data set whose run it replays at its own ship's size, and that run's place among all of them.
+  std::shared_ptr<const DatasetSpec> replayed;
+  std::size_t replayed_place = 0;
 };
 
 /// Neighboring runs of a set that share a total duration.
 struct SharedDuration {
   std::size_t first = 0, count = 0;
   double total_s = 0.0;
+  double replayed_at_scale = 1.0;  ///< as long as whole samples are that a ship smaller by this takes to replay them
 };
 
 struct DatasetSpec {
@@ -53,6 +64,7 @@ struct DatasetSpec {
   Ship ship;
   TimeGrid grid;  ///< its duration is not used
   ObservationNoise noise;
+  RecordedColumns recorded;
   std::vector<Set> sets;
   std::vector<std::string> input_files;  ///< what was read, for the provenance
 };
@@ -65,7 +77,8 @@ DatasetSpec read_dataset_spec(const std::string& name_or_path);
 /// each if there are at least two for each.
 std::vector<std::size_t> share_samples(std::size_t total, std::size_t count, RandomStream stream);
 
-/// Simulates all runs and writes <folder>/<set>/<name>.csv, <folder>/<set>/truth/<name>.csv and, last,
+/// Simulates all runs and writes <folder>/<set>/<name>.csv, <folder>/<set>/truth/<name>.csv, where there is more to say
+/// of a set's runs (plan of a pilot, unrecorded physics, winds of a replay) <folder>/<set>/truth/runs.json and, last,
 /// <folder>/dataset.json. Each run has its own random streams by its place in the specification: the bytes do not
 /// depend on `jobs`. Throws IoError, NumericalError with the run's name.
 void generate_dataset(const DatasetSpec& spec, const std::string& folder, std::uint64_t seed, std::size_t jobs,

@@ -5,9 +5,10 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
-#include "effects/registry.hpp"
+#include "dynamics/model.hpp"
 
 namespace leeway {
 namespace {
@@ -426,10 +427,10 @@ Json imo_criteria(const Json& indices, const ManeuverFacts& facts, const Ship& s
   if (L < 100.0 * (1.0 - 1e-9))
     return not_applied(fmt::format("the ship is {:.4g} m long, below 100 m, at full scale", L));
   if (facts.mean_wind_mps > 0.0) return not_applied("the tests are made in calm weather");
-  const Effects<double> effects(ship);
+  const Model<double> model(ship);
   const bool is_shallow = std::any_of(ship.effects.begin(), ship.effects.end(),
                                       [](const EffectEntry& effect) { return effect.type == "shallow-water"; });
-  if (effects.moves_water() || effects.blow() || effects.push() || is_shallow)
+  if (model.moves_water() || model.blows() || model.pushes() || is_shallow)
     return not_applied("the tests are made in deep, still water and calm weather, without other forces on the ship");
   if (!(V > 0.0)) return not_applied("the ship has no speed ahead at the start");
 
@@ -468,7 +469,8 @@ Json maneuver_indices(const Trajectory& trajectory, const Ship& ship, const Mane
   if (facts.maneuver == "crash-stop") indices = crash_stop_indices(track, facts.phases, L_pp);
   if (facts.maneuver == "coast-down") indices = coast_down_indices(track, L_pp);
   if (facts.maneuver == "thruster-pulses") indices = thruster_pulse_indices(track, facts.phases);
-  if (facts.maneuver == "berthing") indices = berthing_indices(track, facts.heading, L_pp);
+  if (facts.maneuver == "berthing" || facts.maneuver == "port-navigation")
+    indices = berthing_indices(track, facts.heading, L_pp);
   if (facts.maneuver == "straight") indices = straight_indices(track, trajectory, L_pp);
   Json json;
   if (!indices.is_null()) {

@@ -72,6 +72,10 @@ class Straight : public Maneuver {
 void order_rudders(const Ship& ship, double rudder_rad, Actuators<double>& command) {
   for (const Actuator& actuator : ship.actuators)
     if (actuator.is_rudder()) command[actuator.channel] = rudder_rad;
+  const auto steer = [&](const auto& thruster) {
+    if constexpr (requires { thruster.steer(rudder_rad, command); }) thruster.steer(rudder_rad, command);
+  };
+  for (const auto& thruster : ship.thrusters) std::visit(steer, thruster);
 }
 
 CourseKeeper course_keeper(const SimulatedShip& start) {
@@ -82,7 +86,7 @@ CourseKeeper course_keeper(const SimulatedShip& start) {
 
 SimulatedShip steady_ahead(const Ship& ship, double u_mps) {
   SimulatedShip start(ship, u_mps);
-  start.actuators[Channel::n_p] = self_propulsion_n(ship, u_mps);
+  ship.order_propulsion(self_propulsion_n(ship, u_mps), start.actuators);
   return start;
 }
 

@@ -60,7 +60,7 @@ CourseKeeper course_keeper(const SimulatedShip& start);
 /// Keeps a heading.
 std::unique_ptr<Maneuver> straight(const Ship& ship, const CourseKeeper& keeper);
 
-/// Puts one angle to all rudders of the ship.
+/// Puts one angle to all rudders of the ship, and to thrusters that steer: what it means to them is theirs to say.
 void order_rudders(const Ship& ship, double rudder_rad, Actuators<double>& command);
 
 /// The ship at the origin, going straight ahead at u, with the revolutions at which the thrust balances the resistance

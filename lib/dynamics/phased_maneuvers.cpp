@@ -162,9 +162,9 @@ std::unique_ptr<Maneuver> crash_stop(const SimulatedShip& start, std::optional<d
                                      std::optional<double> astern_rps) {
   const double length_s = length_time_s(start, "crash-stop");
   const Ship& ship = start.ship;
-  const Actuator& propeller = *ship.find_actuator(Channel::n_p);
+  const Actuator propeller = ship.propulsion().front();
   const Actuator *port = ship.find_actuator(Channel::delta_p), *starboard = ship.find_actuator(Channel::delta_s);
-  const double ahead_rps = start.actuators[Channel::n_p];
+  const double ahead_rps = start.actuators[propeller.channel];
   PlannedPhase astern{start.actuators, ahead_rps, Until::stopped, kStopLengths * length_s};
   order_rudders(ship, 0.0, astern.command);
   if (propeller.min < 0.0 || astern_rps) {
@@ -173,7 +173,7 @@ std::unique_ptr<Maneuver> crash_stop(const SimulatedShip& start, std::optional<d
       throw UsageError(
           fmt::format("expected revolutions astern below 0 within the limits {} to {} 1/s of the ship '{}', got {}",
                       propeller.min, propeller.max, ship.name, astern.order));
-    astern.command[Channel::n_p] = astern.order;
+    ship.order_propulsion(astern.order, astern.command);
   } else if (port != nullptr && starboard != nullptr) {
     astern.command[Channel::delta_p] = port->min;
     astern.command[Channel::delta_s] = starboard->max;
@@ -190,7 +190,7 @@ std::unique_ptr<Maneuver> coast_down(const SimulatedShip& start) {
   const double length_s = length_time_s(start, "coast-down");
   PlannedPhase phase{start.actuators, 0.0, Until::slow, kCoastLengths * length_s};
   order_rudders(start.ship, 0.0, phase.command);
-  phase.command[Channel::n_p] = 0.0;
+  start.ship.order_propulsion(0.0, phase.command);
   return std::make_unique<PhasedManeuver>(start, std::vector<PlannedPhase>{phase});
 }
 

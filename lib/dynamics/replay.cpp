@@ -12,9 +12,11 @@
 namespace leeway {
 namespace {
 
-constexpr double kSameStep = 1e-6;    // of a step
-constexpr double kLimitSlack = 0.02;  // of an actuator's range: measured values overshoot a little
-constexpr int kSlowParts = 10;        // of a sampling time, in which rudders with a memory are followed
+constexpr double kSameStep = 1e-6;         // of a step
+constexpr double kLimitSlack = 0.02;       // of an actuator's range: measured values overshoot a little
+constexpr double kHoleSteps = 1.5;         // sampling times without a sample, as in resample()
+constexpr double kMostSamplesApart = 1e6;  // between two samples, our choice: a file of two rows may drive for a day
+constexpr int kSlowParts = 10;             // of a sampling time, in which rudders with a memory are followed
 
 void hold_last(std::vector<double>& values) {
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -61,7 +63,7 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
   for (const Actuator& actuator : ship.actuators) {
     if (actuator.is_optional && !recording.has(actuator.channel)) continue;
     const std::vector<double>& values = require(recording, actuator.channel, ship);
-    const double slack = kLimitSlack * (actuator.max - actuator.min);
+    const double slack = kLimitSlack * actuator.range();
     const auto outside = std::count_if(values.begin(), values.end(),
                                        [&](double x) { return x < actuator.min - slack || x > actuator.max + slack; });
     if (outside > 0)
@@ -125,7 +127,7 @@ void RecordedInputs::let_rudders_act(Inputs<double>& inputs) const {
   const Place then = place(std::max(inputs.t_s - response_.delay_s, t_[first_known_.value_or(0)]));
   const std::size_t above = first_above(slow_t_, inputs.t_s);
   for (std::size_t a = 0; a < channels_.size(); ++a) {
-    if (info(channels_[a]).quantity != Quantity::angle) continue;
+    if (info(channels_[a]).role != Role::rudder) continue;
     double& angle = inputs.actuators[channels_[a]];
     if (slow_t_.empty()) {
       angle = then.value(actuators_[a]);
@@ -172,6 +174,31 @@ StepInputs<double> RecordedInputs::step(double t_s, double dt_s) const {
   return {at(t_s + inside), at(t_s + 0.5 * dt_s), at(t_s + dt_s - inside)};
 }
 
+std::vector<std::string> holes_to_drive_through(const Trajectory& recording, const TimeGrid& grid) {
+  const LongestStep& longest = recording.longest_step;
+  if (clock_jumps(recording))
+    throw InputError(recording.file, longest.line, "column 't_s'",
+                     jump_text(recording) +
+                         ": a replay does not drive through such a hole; cut the recording in two, or "
+                         "use --prediction, which restarts behind it");
+  if (longest.length_s() > kMostSamplesApart * grid.sample_s)
+    throw InputError(
+        recording.file, longest.line, "column 't_s'",
+        fmt::format("{} s after the sample before; expected at most {} times the {} s of --sample-s: is it "
+                    "in seconds?",
+                    longest.length_s(), kMostSamplesApart, grid.sample_s));
+  const std::vector<double>& t = recording[Channel::t];
+  const double hole_s = kHoleSteps * std::max(grid.sample_s, sampling_time_s(recording));
+  std::size_t holes = 0;
+  for (std::size_t i = 1; i < t.size(); ++i)
+    if (t[i] - t[i - 1] > hole_s) ++holes;
+  if (holes == 0) return {};
+  return {fmt::format("{}:{}: no sample from {} s to {} s{}; the simulation drives on through {}", recording.file,
+                      longest.line, longest.from_s, longest.to_s,
+                      holes > 1 ? fmt::format(", the longest of {} holes", holes) : "",
+                      holes > 1 ? "them" : "the hole")};
+}
+
 Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs, const TimeGrid& grid) {
   const bool has_heading = recording.has(Channel::psi);
   const bool has_position = has_heading && recording.has(Channel::x0) && recording.has(Channel::y0);
@@ -191,7 +218,7 @@ Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedI
   if (has_position) state.eta.head<2>() << recording[Channel::x0][first], recording[Channel::y0][first];
 
   const Model<double> model(ship);
-  const RecordedInputs acting = inputs.through(model.effects.rudder_response());
+  const RecordedInputs acting = inputs.through(model.rudder_response());
   const double t0 = recording[Channel::t][first], duration = recording[Channel::t].back() - t0;
   const auto samples = static_cast<std::size_t>(duration / grid.sample_s + kSameStep);
   Trajectory result;
@@ -209,7 +236,7 @@ Trajectory replay(const Ship& ship, const Trajectory& recording, const RecordedI
 std::size_t replay_sequences(const Ship& ship, const Trajectory& recording, const RecordedInputs& inputs,
                              const TimeGrid& grid, std::size_t K, io::PredictionWriter& writer) {
   const Model<double> model(ship);
-  const RecordedInputs acting = inputs.through(model.effects.rudder_response());
+  const RecordedInputs acting = inputs.through(model.rudder_response());
   io::PredictionRow row;
   row.recording = recording.name;
   for (const Samples& samples : resample(recording, inputs.channels(), inputs.has_wind(), grid.sample_s))

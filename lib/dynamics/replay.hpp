@@ -61,6 +61,11 @@ class RecordedInputs {
   std::vector<std::vector<double>> slow_angles_;  // by place in channels_; only those of rudders are used
 };
 
+/// What a replay says of the holes that it drives through, with the last inputs or those between two samples. Throws
+/// InputError for one that is longer than all the rest of the recording, and for samples so far apart that they are
+/// hardly in seconds.
+std::vector<std::string> holes_to_drive_through(const Trajectory& recording, const TimeGrid& grid);
+
 /// Drives the ship with a recording's inputs from its first complete state to its end, sampled every `sample_s` from
 /// there on. Without a position the track starts at the origin. The duration in `grid` is not used. Throws InputError
 /// if no sample has state and inputs, NumericalError with the time if the run diverges.

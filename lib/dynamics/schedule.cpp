@@ -64,6 +64,9 @@ Schedule read_schedule(const std::string& path, const Ship& ship) {
     const double t_s = csv.number(fields[time_column], "t_s", "s");
     if (t_s < 0.0)
       throw InputError(csv.file(), csv.line(), "column 't_s'", fmt::format("expected a time >= 0 s, got {}", t_s));
+    if (t_s > kFarthestTime_s)
+      throw InputError(csv.file(), csv.line(), "column 't_s'",
+                       fmt::format("expected a time of at most {} s, got {}", kFarthestTime_s, t_s));
     if (!schedule.rows.empty() && t_s <= schedule.end_s())
       throw InputError(csv.file(), csv.line(), "column 't_s'",
                        fmt::format("expected a time later than {} s, got {}", schedule.end_s(), t_s));

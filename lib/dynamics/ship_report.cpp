@@ -10,6 +10,7 @@
 #include "core/units.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/straight_run.hpp"
+#include "forces/inertia.hpp"
 #include "io/files.hpp"
 
 namespace leeway {
@@ -42,12 +43,17 @@ void print_particulars(Text& text, const Ship& ship) {
 void print_actuators(Text& text, const Ship& ship) {
   print(text, "\nactuators\n");
   for (const Actuator& a : ship.actuators) {
-    const char* unit = a.is_rudder() ? "deg" : "1/s";
-    const double k = a.is_rudder() ? 1.0 / kDegree : 1.0;
-    print(text, "  {:<8} {:g} .. {:g} {}, at most {:g} {}, {}, initially {:g} {}\n", info(a.channel).name, k * a.min,
-          k * a.max, unit, k * a.rate, a.is_rudder() ? "deg/s" : "1/s^2",
+    const char* unit = a.is_angle() ? "deg" : "1/s";
+    const double k = a.is_angle() ? 1.0 / kDegree : 1.0;
+    const std::string limits =
+        a.turns_freely() ? "any angle" : fmt::format("{:g} .. {:g} {}", k * a.min, k * a.max, unit);
+    print(text, "  {:<8} {}, at most {:g} {}, {}, initially {:g} {}\n", info(a.channel).name, limits, k * a.rate,
+          a.is_angle() ? "deg/s" : "1/s^2",
           a.time_constant_s > 0.0 ? fmt::format("time constant {:g} s", a.time_constant_s) : "no lag", k * a.initial,
           unit);
+    if (a.n_at_pitch_current_1 > 0.0)
+      print(text, "           {} = {:g} 1/s times the pitch current {}\n", info(a.channel).name, a.n_at_pitch_current_1,
+            info(Channel::i_bt).name);
   }
 }
 
@@ -58,7 +64,7 @@ void print_sources(Text& text, const Ship& ship) {
 }
 
 void print_effects(Text& text, const Ship& ship) {
-  const Effects<double> check(ship);  // whatever is wrong with an entry is said here
+  const Model<double> check(ship);  // whatever is wrong with an entry is said here
   if (ship.effects.empty()) return;
   print(text, "\neffects\n");
   for (const EffectEntry& effect : ship.effects) {
@@ -69,9 +75,12 @@ void print_effects(Text& text, const Ship& ship) {
   }
 }
 
-void print_run(Text& text, const StraightRun& run, double L_pp) {
-  print(text, "    u {:.6g} m/s (Fr {:.4f}), n_p {:.6g} 1/s, J {:.4f}, 1 - w_P {:.4f}, K_T {:.4f}\n", run.u,
-        run.u / std::sqrt(kGravity_mps2 * L_pp), run.n, run.J, run.one_minus_w_P, run.K_T);
+void print_run(Text& text, const StraightRun& run, const Ship& ship) {
+  print(text, "    u {:.6g} m/s (Fr {:.4f}), ", run.u, run.u / std::sqrt(kGravity_mps2 * ship.particulars.L_pp));
+  if (ship.propeller)
+    print(text, "n_p {:.6g} 1/s, J {:.4f}, 1 - w_P {:.4f}, K_T {:.4f}\n", run.n, run.J, run.one_minus_w_P, run.K_T);
+  else
+    print(text, "{:.6g} 1/s of each thruster that drives\n", run.n);
   print(text, "    (1 - t_P) T {:.6g} N, hull {:.6g} N, rudders {:.6g} N, air {:.6g} N; sum {:.1g} N\n", run.X_P,
         run.X_H, run.X_R + 0.0, run.X_A + 0.0, run.X_P + run.X_H + run.X_R + run.X_A);
 }
@@ -80,7 +89,7 @@ void print_run(Text& text, const StraightRun& run, double L_pp) {
 template <typename Compute>
 void print_if_possible(Text& text, const Ship& ship, const Compute& compute) {
   try {
-    print_run(text, compute(), ship.particulars.L_pp);
+    print_run(text, compute(), ship);
   } catch (const NumericalError& e) {
     print(text, "    none: {}\n", e.what());
   }
@@ -110,7 +119,7 @@ std::string ship_report(const Ship& ship) {
   print_effects(text, ship);
   print(text, "\nstraight run: v_m = r = 0, rudders amidships, thrusters idle, calm air{}\n",
         ship.effects.empty() ? "" : ", effects on coefficients alone");
-  const double n = ship.initial_actuators()[Channel::n_p];
+  const double n = ship.propulsion().front().initial;
   print(text, "  steady speed at the initial revolutions\n");
   print_if_possible(text, ship, [&] { return straight_run(ship, steady_speed(ship, n), n); });
   print(text, "  self-propulsion at u0\n");

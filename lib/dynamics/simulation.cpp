@@ -19,7 +19,10 @@ double direction_of(const Vec2<double>& from) {
 
 std::size_t whole_ratio(double long_s, double short_s, const char* long_name, const char* short_name) {
   const double ratio = long_s / short_s;
-  if (!(ratio > 0.5) || !(ratio < 1e9) || std::abs(ratio - std::round(ratio)) > 1e-6)
+  if (ratio >= 1e9)
+    throw UsageError(
+        fmt::format("{} of {} s is more than 1e9 times {} of {} s", long_name, long_s, short_name, short_s));
+  if (!(ratio > 0.5) || std::abs(ratio - std::round(ratio)) > 1e-6)
     throw UsageError(fmt::format("{} must be a multiple of {}, but {} s is not one of {} s", long_name, short_name,
                                  long_s, short_s));
   return static_cast<std::size_t>(std::llround(ratio));
@@ -28,7 +31,9 @@ std::size_t whole_ratio(double long_s, double short_s, const char* long_name, co
 }  // namespace
 
 double respond(const Actuator& actuator, double actual, double command, double dt_s) {
-  const double target = actuator.clip(command);
+  const double turn = 2.0 * kPi;  // the short way round, where it turns freely
+  const double target =
+      actuator.turns_freely() ? actual + std::remainder(command - actual, turn) : actuator.clip(command);
   const double gap = target - actual, K = actuator.rate, tau = actuator.time_constant_s;
   // At full rate until the gap is K tau, then exponentially.
   const double ramp_s = std::max(0.0, std::abs(gap) / K - tau);
@@ -60,7 +65,7 @@ void SimulatedShip::advance(StepInputs<double> inputs, double dt_s, Integrator i
   inputs.middle.t_s = t_s + dt_s / 2.0;
   inputs.end.t_s = t_s + dt_s;
   actuators = inputs.end.actuators;
-  const RudderResponse& response = model.effects.rudder_response();
+  const RudderResponse& response = model.rudder_response();
   if (response.delay_s > 0.0) {
     if (past_.empty()) past_.push_back(inputs.start);
     past_.push_back(inputs.middle);
@@ -75,7 +80,7 @@ void SimulatedShip::advance(StepInputs<double> inputs, double dt_s, Integrator i
 
 Actuators<double> SimulatedShip::delayed(const Inputs<double>& inputs) const {
   Actuators<double> result = inputs.actuators;
-  const double then = inputs.t_s - model.effects.rudder_response().delay_s;
+  const double then = inputs.t_s - model.rudder_response().delay_s;
   const auto after = std::find_if(past_.begin(), past_.end(), [&](const auto& known) { return known.t_s > then; });
   const Inputs<double>& b = after == past_.end() ? past_.back() : *after;
   const Inputs<double>& a = after == past_.begin() ? past_.front() : *(after - 1);

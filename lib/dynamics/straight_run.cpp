@@ -11,15 +11,15 @@
 namespace leeway {
 namespace {
 
-Actuators<double> with_revolutions(double n) {
+Actuators<double> with_revolutions(const Ship& ship, double n) {
   Actuators<double> actuators;
-  actuators[Channel::n_p] = n;
+  ship.order_propulsion(n, actuators);
   return actuators;
 }
 
 // du/dt of the constrained ship; in calm air the apparent wind is the ship's own speed.
-double surge_acceleration(const Model<double>& model, double u, double n) {
-  return model.acceleration({u, 0.0, 0.0}, with_revolutions(n), {u, 0.0})(0);
+double surge_acceleration(const Ship& ship, const Model<double>& model, double u, double n) {
+  return model.acceleration({u, 0.0, 0.0}, with_revolutions(ship, n), {u, 0.0})(0);
 }
 
 // Where f changes sign between a and b, to the last bits of a double.
@@ -38,15 +38,13 @@ double bisect(const Function& f, double a, double b) {
 
 StraightRun straight_run(const Ship& ship, double u, double n) {
   const Model<double> model(ship);
-  const ForceModules<double>& modules = model.modules;
-  const Vec3<double> nu(u, 0.0, 0.0);
-  const Actuators<double> actuators = with_revolutions(n);
-  const PropellerFlow<double> flow = std::visit([&](const auto& m) { return m.flow(nu, n); }, modules.propeller);
+  const ModuleForces<double> forces = model.forces({u, 0.0, 0.0}, with_revolutions(ship, n), {u, 0.0});
+  const PropellerFlow<double>& flow = forces.propeller;
   StraightRun run{u, n};
-  run.X_P = flow.force(0);
-  run.X_H = std::visit([&](const auto& m) { return m.force(nu); }, modules.hull)(0);
-  run.X_R = std::visit([&](const auto& m) { return m.force(nu, flow, actuators); }, modules.rudder)(0);
-  if (modules.wind) run.X_A = std::visit([&](const auto& m) { return m.force({u, 0.0}); }, *modules.wind)(0);
+  run.X_P = flow.force(0) + forces.thrusters(0);
+  run.X_H = forces.hull(0);
+  run.X_R = forces.rudder(0);
+  run.X_A = forces.wind(0);
   run.one_minus_w_P = flow.one_minus_w_P;
   if (flow.n != 0.0) {
     run.J = flow.J;
@@ -58,19 +56,19 @@ StraightRun straight_run(const Ship& ship, double u, double n) {
 double self_propulsion_n(const Ship& ship, double u) {
   if (u == 0.0) return 0.0;
   const Model<double> model(ship);
-  const Actuator* propeller = ship.find_actuator(Channel::n_p);
-  const double most = u > 0.0 ? propeller->max : propeller->min;
-  const auto excess = [&](double n) { return (u > 0.0 ? 1.0 : -1.0) * surge_acceleration(model, u, n); };
+  const Actuator propeller = ship.propulsion().front();
+  const double most = u > 0.0 ? propeller.max : propeller.min;
+  const auto excess = [&](double n) { return (u > 0.0 ? 1.0 : -1.0) * surge_acceleration(ship, model, u, n); };
   if (!(excess(0.0) < 0.0) || !(excess(most) > 0.0))
     throw NumericalError(
         fmt::format("the ship '{}' cannot hold {} m/s on a straight run: its propeller is limited to {} .. {} 1/s",
-                    ship.name, u, propeller->min, propeller->max));
+                    ship.name, u, propeller.min, propeller.max));
   return bisect(excess, 0.0, most);
 }
 
 double steady_speed(const Ship& ship, double n) {
   const Model<double> model(ship);
-  const auto acceleration = [&](double u) { return surge_acceleration(model, u, n); };
+  const auto acceleration = [&](double u) { return surge_acceleration(ship, model, u, n); };
   const double at_rest = acceleration(0.0);
   if (at_rest == 0.0) return 0.0;
   const double speed_of_Fr_1 = std::sqrt(kGravity_mps2 * ship.particulars.L_pp);

@@ -8,7 +8,7 @@ namespace leeway {
 /// screw or unequal rudders may need a small rudder angle to hold it; that angle's drag is not in here.
 struct StraightRun {
   double u = 0.0, n = 0.0;                            ///< [m/s], [1/s]
-  double X_P = 0.0, X_H = 0.0, X_R = 0.0, X_A = 0.0;  ///< propeller, (1 - t_P) T; hull; rudders; air [N]
+  double X_P = 0.0, X_H = 0.0, X_R = 0.0, X_A = 0.0;  ///< propulsion, (1 - t_P) T; hull; rudders; air [N]
   double J = 0.0, one_minus_w_P = 1.0, K_T = 0.0;     ///< K_T and J: 0 where n = 0
 };
 

@@ -14,16 +14,21 @@ struct ActuatorDelay {
       .source =
           "a shift in time of the recorded angle; nothing where the angles are measured at the stock without delay",
       .look_alikes = "actuator-rate, actuator-lag, added-mass (J_z)",
+      .looks_like = {"actuator-rate", "actuator-lag", "added-mass"},
       .separating_maneuver = "rudder steps and ramps of two sizes",
       .formula_sd = 0.0,
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
-      {"delay_s", "time by which the rudders act later", 0.0, kNone, 0.0, 1e4, uniform(0.0, 3.0), uniform(0.0, 10.0)},
+      {"delay_s", "time by which the rudders act later", 0.0, kNone, 0.0, 1e4, uniform(0.0, 3.0), uniform(0.0, 10.0),
+       ParameterRole::response_time},
   }};
 
   T delay;
 
-  ActuatorDelay(const std::array<T, 1>& value, const Ship&) : delay(value[0]) {}
+  ActuatorDelay(const std::array<T, 1>& value, const Ship& ship) : delay(value[0]) {
+    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+  }
 
   void slow(RudderResponse& response) const requires std::same_as<T, double> { response.delay_s += delay; }
 };

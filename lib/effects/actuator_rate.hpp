@@ -17,8 +17,10 @@ struct ActuatorRate {
           "ours, around the 2.3 deg/s that SOLAS II-1/29 asks for at full scale (35 deg to 30 deg on the other side in "
           "28 s), by the root of the length at 3 m",
       .look_alikes = "actuator-lag, actuator-delay",
+      .looks_like = {"actuator-lag", "actuator-delay"},
       .separating_maneuver = "large rudder steps beside small ones: small steps are not slowed",
       .formula_sd = 0.0,
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"rate_degps", "fastest rate of the rudders; null: as recorded", kNone, kNone, 1e-3, kUnbounded,
@@ -27,7 +29,9 @@ struct ActuatorRate {
 
   T rate;  ///< [rad/s]
 
-  ActuatorRate(const std::array<T, 1>& value, const Ship&) : rate(value[0] * kDegree) {}
+  ActuatorRate(const std::array<T, 1>& value, const Ship& ship) : rate(value[0] * kDegree) {
+    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+  }
 
   void slow(RudderResponse& response) const requires std::same_as<T, double> {
     response.rate_radps = std::min(response.rate_radps, rate);

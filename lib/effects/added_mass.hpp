@@ -15,7 +15,9 @@ struct AddedMass {
           "(0.25 L)^2, not below 0",
       .source = "factors on the ship's added mass; 0.25 L: MMG standard method",
       .look_alikes = "draft, actuator-delay, errors of the coefficients: within 20 % it is hardly ever identifiable",
+      .looks_like = {"draft", "actuator-delay"},
       .separating_maneuver = "thruster on and off in pulses, zigzag 10/10 at a high yaw rate",
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 3> parameters{{
       {"k_mx", "factor on m_x", 1.0, 1.0, 0.0, kUnbounded, log_normal(1.0, 0.3, 0.3, 3.0),

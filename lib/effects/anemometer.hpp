@@ -20,6 +20,7 @@ struct Anemometer {
           "geometry of a true wind that was made from a faulty apparent wind; size: Moat et al. (2004) for ships' "
           "bridges",
       .look_alikes = "windage (kX by kY), unmeasured-wind",
+      .looks_like = {"windage", "unmeasured-wind"},
       .separating_maneuver = "eight headings in a steady wind, or a circle at low speed",
   };
   static constexpr std::array<EffectParameter, 2> parameters{{

@@ -20,7 +20,10 @@ struct Bank {
           "parallel courses; D_w keeps D above B/2, where the ship would touch; the factors of depth and thrust are "
           "part of C_Y and C_N",
       .look_alikes = "body-force, fender, sheared-current",
+      .looks_like = {"body-force", "fender", "sheared-current"},
       .separating_maneuver = "passing the same wall at two speeds and two distances",
+      .bound_to = BoundTo::place,
+      .search = SearchStart::wall,
   };
   static constexpr std::array<EffectParameter, 5> parameters{{
       Wall<T>::kDistance,

@@ -13,8 +13,10 @@ struct BodyForce {
       .formula = "(X, Y, N) constant in ship axes at midship",
       .source = "generic: a competitor that a specific name has to beat",
       .look_alikes = "rudder-offset, propeller-walk, bank",
+      .looks_like = {"rudder-offset", "propeller-walk", "bank"},
       .separating_maneuver = "other revolutions and speeds",
       .formula_sd = 0.0,
+      .to_ensemble = EnsembleForm::body_acceleration,
   };
   static constexpr std::array<EffectParameter, 3> parameters{{
       {"X_N", "force ahead", 0.0, 0.0, -kUnbounded, kUnbounded, normal(0.0, 0.25, -10.0, 10.0),

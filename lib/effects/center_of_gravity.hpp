@@ -13,8 +13,10 @@ struct CenterOfGravity {
       .formula = "x_G + x_g_change; I_zG and the trim stay",
       .source = "the equations of motion (MMG standard method)",
       .look_alikes = "trim in turns, a wrong point of reference",
+      .looks_like = {"trim"},
       .separating_maneuver = "turns that accelerate, zigzags at a high yaw rate",
       .formula_sd = 0.0,
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"x_g_change_m", "shift ahead", 0.0, kNone, -kUnbounded, kUnbounded, normal(0.0, 0.03, -0.3, 0.3),

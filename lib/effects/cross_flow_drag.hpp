@@ -13,7 +13,9 @@ struct CrossFlowDrag {
       .formula = "C_D C_D_gain in Y = -(rho/2) d C_D Int |v + C_rY r x| (v + C_rY r x) dx, and in N",
       .source = "Yoshimura, Nakao & Ishibashi (2009), MARSIM",
       .look_alikes = "trim, center-of-gravity, shallow-water in turns",
+      .looks_like = {"trim", "center-of-gravity", "shallow-water"},
       .separating_maneuver = "crabbing, and turning on the spot",
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"C_D_gain", "factor on C_D", 1.0, kNone, 0.0, kUnbounded, log_normal(1.0, 0.2, 0.0, 3.0),
@@ -23,20 +25,14 @@ struct CrossFlowDrag {
   T gain;
 
   CrossFlowDrag(const std::array<T, 1>& value, const Ship& ship) : gain(value[0]) {
-    if (!std::visit(
-            [](const auto& c) {
-              return requires { c.C_D; };
-            },
-            ship.hull))
+    if (!ship.has([]<typename M>() { return HasCrossFlowDrag<M>; }))
       throw EffectNotApplicable("the ship's hull model has no cross-flow drag");
   }
 
   void change(ModelParts<T>& parts) const {
-    std::visit(
-        [&](auto& hull) {
-          if constexpr (requires { hull.c.C_D; }) hull.c.C_D *= gain;
-        },
-        parts.modules.hull);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasCrossFlowDrag<M>) module.c.C_D *= gain;
+    });
   }
 };
 

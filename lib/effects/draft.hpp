@@ -17,7 +17,9 @@ struct Draft {
           "are left out",
       .source = "Kijima et al. (1990) for the derivatives; the rest is geometry",
       .look_alikes = "added-mass, a common factor on all forces, windage",
+      .looks_like = {"added-mass", "windage"},
       .separating_maneuver = "a thruster or propeller step from rest: a known force shows the mass",
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"draft_change", "e, added share of the draft: 0.1 is 10 %", 0.0, kNone, -0.9, 10.0, normal(0.0, 0.1, -0.5, 0.5),
@@ -42,16 +44,15 @@ struct Draft {
     const auto Y_v = [&](const auto& x) { return 0.5 * kPi * x + 1.4 * C_b * p.B / p.L_pp; };
     const auto N_r = [](const auto& x) { return -0.54 * x + x * x; };
     const T Y_v_ratio = Y_v(k) / Y_v(k0), N_v_ratio = k / k0, N_r_ratio = N_r(k) / N_r(k0);
-    std::visit(
-        [&](auto& hull) {
-          hull.scale(gain);
-          hull.c.Y_v *= Y_v_ratio;
-          hull.c.N_v *= N_v_ratio;
-          hull.c.N_r *= N_r_ratio;
-        },
-        parts.modules.hull);
-    if (parts.modules.wind)
-      std::visit([&](auto& wind) { wind.add_areas(-p.B * p.d * e, -p.L_pp * p.d * e); }, *parts.modules.wind);
+    parts.modules.scale("hull", gain);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasLinearDerivatives<M>) {
+        module.c.Y_v *= Y_v_ratio;
+        module.c.N_v *= N_v_ratio;
+        module.c.N_r *= N_r_ratio;
+      }
+      if constexpr (HasWindForce<M>) module.add_areas(-p.B * p.d * e, -p.L_pp * p.d * e);
+    });
   }
 };
 

@@ -14,8 +14,10 @@ struct EarthForce {
       .formula = "force (cos dir, sin dir) in earth axes at midship, N = 0",
       .source = "generic: a competitor that a specific name has to beat",
       .look_alikes = "unmeasured-wind, wave-drift, steady-current",
+      .looks_like = {"unmeasured-wind", "wave-drift", "steady-current"},
       .separating_maneuver = "reciprocal runs, different speeds, gusts",
       .formula_sd = 0.0,
+      .to_ensemble = EnsembleForm::earth_acceleration,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{
       {"force_N", "force", 0.0, kNone, 0.0, kUnbounded, rayleigh(0.25, 10.0), rayleigh(3.2e4, 2e6)},

@@ -3,14 +3,14 @@
 #include <array>
 #include <cmath>
 #include <concepts>
-#include <limits>
-#include <stdexcept>
 #include <string_view>
 
 #include "core/types.hpp"
+#include "effects/description.hpp"
 #include "effects/rudder_response.hpp"
+#include "forces/force_modules.hpp"
 #include "forces/inertia.hpp"
-#include "forces/registry.hpp"
+#include "ship/ship.hpp"
 
 /// Physics that a model can lack. Each effect is one header: what it is, its formula, its parameters with their priors,
 /// and the code. An effect does what it has members for; registry.hpp calls them:
@@ -26,54 +26,6 @@
 ///
 /// At zero strength an effect changes nothing, to the last bit.
 namespace leeway {
-
-/// What is known about a parameter before any recording was seen. Median and sd in the parameter's unit, the sd of a
-/// log-normal in natural logarithms; bounds are hard.
-struct Prior {
-  enum class Kind { normal, log_normal, rayleigh, uniform } kind;
-  double median, sd, low, high;
-};
-constexpr Prior normal(double median, double sd, double low, double high) {
-  return {Prior::Kind::normal, median, sd, low, high};
-}
-constexpr Prior log_normal(double median, double log_sd, double low, double high) {
-  return {Prior::Kind::log_normal, median, log_sd, low, high};
-}
-/// The length of a vector whose two components are normal with this sd and mean 0.
-constexpr Prior rayleigh(double sd, double high) {
-  return {Prior::Kind::rayleigh, sd * 1.1774100225154747 /* sqrt(2 ln 2) */, sd, 0.0, high};
-}
-constexpr Prior uniform(double low, double high) {
-  return {Prior::Kind::uniform, 0.5 * (low + high), 0.28867513459481287 * (high - low), low, high};
-}
-inline constexpr Prior kAnyDirection = uniform(0.0, 360.0);
-constexpr bool is_direction(const Prior& prior) {
-  return prior.kind == Prior::Kind::uniform && prior.high - prior.low >= 360.0;
-}
-
-/// One parameter of an effect, in the unit that its name carries.
-struct EffectParameter {
-  std::string_view name, meaning;
-  double off;        ///< the value at which the effect vanishes; NaN where no finite value does
-  double otherwise;  ///< taken where the ship JSON does not give it; NaN: it must be given
-  double low, high;  ///< what makes sense at all
-  Prior at_3m, at_150m;
-
-  /// Of a ship of this length between perpendiculars [m]: longer ones than 20 m take the prior for 150 m.
-  constexpr const Prior& prior(double L_pp) const { return L_pp > 20.0 ? at_150m : at_3m; }
-};
-inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-
-struct EffectInfo {
-  std::string_view name, number;  ///< as in the ship JSON; in the catalogue of missing physics
-  std::string_view sentence;      ///< what it is, to a person
-  std::string_view formula, source;
-  std::string_view look_alikes, separating_maneuver;
-  /// How well the formula itself is known, relative: intervals of strengths and directions have it besides (ours:
-  /// authors' formulas for one thing differ by as much and more).
-  double formula_sd = 0.1;
-};
 
 /// What effects may change when the model is made.
 template <typename T>
@@ -118,11 +70,6 @@ struct WaterMotion {
     const T &c = at.cos_psi, &s = at.sin_psi;
     return c * (gradient(1, 0) * c + gradient(1, 1) * s) - s * (gradient(0, 0) * c + gradient(0, 1) * s);
   }
-};
-
-/// Thrown by the constructor of an effect that needs something that the ship does not have.
-struct EffectNotApplicable : std::runtime_error {
-  using std::runtime_error::runtime_error;
 };
 
 }  // namespace leeway

@@ -19,7 +19,10 @@ struct Fender {
           "elastic contact; damping after Hunt & Crossley (1975), J. Applied Mechanics 42, 440-445: without a step in "
           "the force; of an impact speed v about 1 - 2/3 damping v comes back; the box is ours",
       .look_alikes = "bank, mooring, tug",
+      .looks_like = {"bank", "mooring", "tug"},
       .separating_maneuver = "none is needed: there is a threshold in position, and the speed does not matter",
+      .bound_to = BoundTo::place,
+      .search = SearchStart::contact,
   };
   static constexpr std::array<EffectParameter, 4> parameters{{
       Wall<T>::kDistance,

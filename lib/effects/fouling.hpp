@@ -13,6 +13,7 @@ struct Fouling {
       .formula = "X_0 (1 + resistance_increase); w_P + 0.03 resistance_increase",
       .source = "size: Townsin and ITTC roughness allowance, Schultz (2007): up to 86 % more power when heavily fouled",
       .look_alikes = "thrust-loss, shallow-water, head wind",
+      .looks_like = {"thrust-loss", "shallow-water"},
       .separating_maneuver =
           "coast-down with n = 0 (fouling stays, thrust loss vanishes) and acceleration from rest (the reverse)",
   };
@@ -26,8 +27,10 @@ struct Fouling {
   Fouling(const std::array<T, 1>& value, const Ship&) : f(value[0]) {}
 
   void change(ModelParts<T>& parts) const {
-    std::visit([&](auto& hull) { hull.scale_resistance(1.0 + f); }, parts.modules.hull);
-    std::visit([&](auto& propeller) { propeller.increase_wake(0.03 * f); }, parts.modules.propeller);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasResistance<M>) module.scale_resistance(1.0 + f);
+      if constexpr (HasWake<M>) module.increase_wake(0.03 * f);
+    });
   }
 };
 

@@ -17,7 +17,9 @@ struct ModelError {
           "(m + m_y) a_v + x_G m a_r, N = (I_z + x_G^2 m) a_r + x_G m a_v",
       .source = "ours: for recordings of which the error of the simulator is known (docs/gap-locate.md)",
       .look_alikes = "unmeasured-wind in gusts",
+      .looks_like = {"unmeasured-wind"},
       .separating_maneuver = "none: it repeats nowhere",
+      .search = SearchStart::every_fit,
   };
   static constexpr std::array<EffectParameter, 5> parameters{{
       {"surge_mps2", "standard deviation of the acceleration in surge", 0.0, 0.0, 0.0, kUnbounded,

@@ -17,6 +17,7 @@ struct PropellerWalk {
           "form and astern_gain ours; size: the reversed propeller of the Esso Osaka model (esso-osaka-3m) has 0.02 to "
           "0.12 for c_Y at n < 0 and -0.4 of that for c_N. It adds to what the propeller module has",
       .look_alikes = "body-force, rudder-offset",
+      .looks_like = {"body-force", "rudder-offset"},
       .separating_maneuver = "pairs of runs with the propeller ahead and astern",
   };
   static constexpr std::array<EffectParameter, 3> parameters{{
@@ -31,7 +32,8 @@ struct PropellerWalk {
   T Y, N, astern_gain;  ///< by n |n| [N s^2, N m s^2]
 
   PropellerWalk(const std::array<T, 3>& value, const Ship& ship) : astern_gain(value[2]) {
-    const double D2 = std::visit([](const auto& c) { return c.D_P * c.D_P; }, ship.propeller);
+    if (!ship.propeller) throw EffectNotApplicable("the ship has no propeller");
+    const double D2 = std::visit([](const auto& c) { return c.D_P * c.D_P; }, *ship.propeller);
     Y = ship.particulars.rho * D2 * D2 * value[0];
     N = ship.particulars.rho * D2 * D2 * ship.particulars.L_pp * value[1];
   }

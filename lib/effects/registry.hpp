@@ -20,6 +20,7 @@
 #include "effects/earth_force.hpp"
 #include "effects/fender.hpp"
 #include "effects/fouling.hpp"
+#include "effects/level_ice.hpp"
 #include "effects/model_error.hpp"
 #include "effects/mooring.hpp"
 #include "effects/propeller_walk.hpp"
@@ -51,34 +52,8 @@ using Effect =
                  Anemometer<T>, UnmeasuredWind<T>, WaveDrift<T>, Fouling<T>, Draft<T>, CenterOfGravity<T>, Trim<T>,
                  CrossFlowDrag<T>, AddedMass<T>, ThrustLoss<T>, Wake<T>, PropellerWalk<T>, RudderOffset<T>,
                  RudderEffectiveness<T>, RudderStall<T>, VectwinInteraction<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>,
-                 ActuatorDelay<T>, ActuatorRate<T>, ActuatorLag<T>, Tug<T>, Mooring<T>, Fender<T>, BodyForce<T>,
-                 EarthForce<T>, ModelError<T>, Unknown<T>>;
-
-/// What is known of an effect before any ship: its text and its parameters.
-struct EffectDescription {
-  EffectInfo info;
-  std::span<const EffectParameter> parameters;
-};
-
-/// All effects, in the order of the list above.
-const std::vector<EffectDescription>& effect_catalogue();
-
-/// The place of an effect in the catalogue; nothing for an unknown name.
-std::optional<std::size_t> find_effect(std::string_view name);
-/// Throws UsageError for an unknown name.
-const EffectDescription& effect_named(std::string_view name);
-
-/// Whether a null for this parameter switches the effect off: its first one, where no parameter has a neutral value.
-bool is_switch(const EffectDescription& effect, const EffectParameter& parameter);
-
-/// The values of an effect's parameters in the catalogue's order and units, completed where the ship JSON leaves them
-/// out; nothing where a null switches the effect off. Throws InputError for an unknown effect or parameter, a missing
-/// or impossible value.
-struct EffectValues {
-  std::size_t type;  ///< place in the catalogue
-  std::vector<double> values;
-};
-std::optional<EffectValues> effect_values(const EffectEntry& entry);
+                 ActuatorDelay<T>, ActuatorRate<T>, ActuatorLag<T>, Tug<T>, Mooring<T>, Fender<T>, LevelIce<T>,
+                 BodyForce<T>, EarthForce<T>, ModelError<T>, Unknown<T>>;
 
 /// The effect at this place in the catalogue, with parameter values in the catalogue's units. Throws
 /// EffectNotApplicable if the ship lacks what it needs.

@@ -13,7 +13,9 @@ struct RudderEffectiveness {
       .formula = "F_N k_R; of two rudders F_N,P k_R k_P and F_N,S k_R k_S",
       .source = "factor on the rudder's normal force",
       .look_alikes = "shallow-water, wake",
+      .looks_like = {"shallow-water", "wake"},
       .separating_maneuver = "zigzags at several speeds; a difference between the sides names one rudder",
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 3> parameters{{
       {"k_R", "factor on every rudder's normal force", 1.0, 1.0, 0.0, kUnbounded, log_normal(0.9, 0.2, 0.2, 1.2),
@@ -28,12 +30,15 @@ struct RudderEffectiveness {
 
   RudderEffectiveness(const std::array<T, 3>& value, const Ship& ship)
       : k_port(value[0] * value[1]), k_starboard(value[0] * value[2]) {
+    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
     if (!ship.has_twin_rudders() && (value[1] != T(1.0) || value[2] != T(1.0)))
       throw EffectNotApplicable("k_P and k_S belong to two rudders, and the ship has one: use k_R");
   }
 
   void change(ModelParts<T>& parts) const {
-    std::visit([&](auto& rudder) { rudder.scale_normal_force(k_port, k_starboard); }, parts.modules.rudder);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasNormalForce<M>) module.scale_normal_force(k_port, k_starboard);
+    });
   }
 };
 

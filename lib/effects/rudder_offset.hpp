@@ -14,6 +14,7 @@ struct RudderOffset {
       .formula = "delta + rudder_offset, each rudder; positive turns the bow to starboard",
       .source = "a shift of the recorded angle",
       .look_alikes = "body-force, propeller-walk",
+      .looks_like = {"body-force", "propeller-walk"},
       .separating_maneuver = "other revolutions at rudder amidships, coasting; wide movements of the rudders",
       .formula_sd = 0.0,
   };
@@ -24,7 +25,9 @@ struct RudderOffset {
 
   T offset;  ///< [rad]
 
-  RudderOffset(const std::array<T, 1>& value, const Ship&) : offset(value[0] * kDegree) {}
+  RudderOffset(const std::array<T, 1>& value, const Ship& ship) : offset(value[0] * kDegree) {
+    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+  }
 
   void act(Actuators<T>& actuators) const {
     for (const Channel rudder : {Channel::delta, Channel::delta_p, Channel::delta_s}) actuators[rudder] += offset;

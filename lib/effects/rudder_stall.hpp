@@ -17,7 +17,9 @@ struct RudderStall {
           "where a > stall_angle",
       .source = "form of the tool (ours): continuous, without hysteresis; fishtail rudders stall later than others",
       .look_alikes = "rudder-effectiveness, shallow-water in hard turns",
+      .looks_like = {"rudder-effectiveness", "shallow-water"},
       .separating_maneuver = "turns at 35 and at 15 deg; hovering with VecTwin rudders",
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 3> parameters{{
       {"stall_angle_deg", "angle of attack at which it begins; null: the rudder does not stall", kNone, kNone, 1.0,
@@ -30,10 +32,15 @@ struct RudderStall {
 
   StallLoss<T> loss;
 
-  RudderStall(const std::array<T, 3>& value, const Ship&) : loss{value[0] * kDegree, value[1], value[2] * kDegree} {}
+  RudderStall(const std::array<T, 3>& value, const Ship& ship)
+      : loss{value[0] * kDegree, value[1], value[2] * kDegree} {
+    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+  }
 
   void change(ModelParts<T>& parts) const {
-    std::visit([&](auto& rudder) { rudder.shape.stall = loss; }, parts.modules.rudder);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasNormalForce<M>) module.shape.stall = loss;
+    });
   }
 };
 

@@ -26,7 +26,9 @@ struct ShallowWater {
           "does not vanish in deep water, "
           "and squat. C_b follows from the mass",
       .look_alikes = "rudder-effectiveness, wake, draft, windage",
+      .looks_like = {"rudder-effectiveness", "wake", "draft", "windage"},
       .separating_maneuver = "a 35 deg turn with a zigzag and a stop; or two known depths",
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"h_over_T", "water depth by draft; null: deep", kNone, kNone, 1.2, kUnbounded, log_normal(1.6, 0.4, 1.2, 20.0),
@@ -70,16 +72,16 @@ struct ShallowWater {
     Inertia<T>& inertia = parts.inertia;
     inertia.m_y *= k.m_y;
     inertia.I_z += (k.J_z - 1.0) * inertia.added_moment(parts.ship.particulars.L_pp);
-    std::visit(
-        [&](auto& hull) {
-          hull.c.Y_v *= k.Y_v;
-          hull.c.N_v *= k.N_v;
-          hull.c.N_r *= k.N_r;
-          hull.scale_resistance(k.resistance);
-        },
-        parts.modules.hull);
-    std::visit([&](auto& propeller) { propeller.scale_wake(k.w_P0); }, parts.modules.propeller);
-    std::visit([&](auto& rudder) { rudder.scale_flow_straightening(k.gamma_R); }, parts.modules.rudder);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasLinearDerivatives<M>) {
+        module.c.Y_v *= k.Y_v;
+        module.c.N_v *= k.N_v;
+        module.c.N_r *= k.N_r;
+      }
+      if constexpr (HasResistance<M>) module.scale_resistance(k.resistance);
+      if constexpr (HasWake<M>) module.scale_wake(k.w_P0);
+      if constexpr (HasFlowStraightening<M>) module.scale_flow_straightening(k.gamma_R);
+    });
   }
 };
 

@@ -19,6 +19,7 @@ struct ShearedCurrent {
           "kinematics: exact; the flow's gradient as a yaw rate: Thomasson & Woolsey (2013), IEEE J. Oceanic "
           "Engineering 38, here along the hull alone and without the gradient's part in the added-mass terms (ours)",
       .look_alikes = "bank, steady-current where few places were visited",
+      .looks_like = {"bank", "steady-current"},
       .separating_maneuver = "crossing the shear twice, in both directions",
       .formula_sd = 0.0,
   };

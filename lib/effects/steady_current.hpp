@@ -16,8 +16,10 @@ struct SteadyCurrent {
           "+ V",
       .source = "exact (Galilean); Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control",
       .look_alikes = "heading-bias, unmeasured-wind, earth-force, wave-drift",
+      .looks_like = {"unmeasured-wind", "earth-force", "wave-drift"},
       .separating_maneuver = "reciprocal runs, or one full turning circle: its center drifts by V times the period",
       .formula_sd = 0.0,
+      .to_ensemble = EnsembleForm::water_velocity,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{
       {"current_speed_mps", "speed of the water", 0.0, kNone, 0.0, kUnbounded, rayleigh(0.04, 0.15),

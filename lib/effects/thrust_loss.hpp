@@ -13,6 +13,7 @@ struct ThrustLoss {
       .formula = "K_T k_T, ahead and astern",
       .source = "factor on the ship's open-water curves",
       .look_alikes = "fouling, wake",
+      .looks_like = {"fouling", "wake"},
       .separating_maneuver = "coast-down with n = 0, and the rudder's response at the same revolutions",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
@@ -22,10 +23,14 @@ struct ThrustLoss {
 
   T k_T;
 
-  ThrustLoss(const std::array<T, 1>& value, const Ship&) : k_T(value[0]) {}
+  ThrustLoss(const std::array<T, 1>& value, const Ship& ship) : k_T(value[0]) {
+    if (!ship.has([]<typename M>() { return HasThrust<M>; })) throw EffectNotApplicable("the ship has no propeller");
+  }
 
   void change(ModelParts<T>& parts) const {
-    std::visit([&](auto& propeller) { propeller.scale_thrust(k_T); }, parts.modules.propeller);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasThrust<M>) module.scale_thrust(k_T);
+    });
   }
 };
 

@@ -13,6 +13,7 @@ struct ThrusterGain {
       .formula = "K_T,BT k_BT, to both sides",
       .source = "factor on the bow thruster's thrust",
       .look_alikes = "thruster-speed-loss",
+      .looks_like = {"thruster-speed-loss"},
       .separating_maneuver = "thruster pulses at rest and at two or three speeds",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
@@ -27,14 +28,13 @@ struct ThrusterGain {
   }
 
   void change(ModelParts<T>& parts) const {
-    for (auto& module : parts.modules.thrusters)
-      std::visit(
-          [&](auto& thruster) {
-            if (thruster.c.channel != Channel::n_bt) return;
-            thruster.c.K_T_positive *= k_BT;
-            thruster.c.K_T_negative *= k_BT;
-          },
-          module);
+    parts.modules.for_each([&]<typename M>(M& thruster) {
+      if constexpr (HasSideThrust<M>) {
+        if (thruster.c.channel != Channel::n_bt) return;
+        thruster.c.K_T_positive *= k_BT;
+        thruster.c.K_T_negative *= k_BT;
+      }
+    });
   }
 };
 

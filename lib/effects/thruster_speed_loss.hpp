@@ -15,6 +15,7 @@ struct ThrusterSpeedLoss {
           "form of the tool; size: the turning moment falls to about a half at 4 kn on a 60,000 t ship (KaMeWa and "
           "HyA, 1967)",
       .look_alikes = "thruster-gain",
+      .looks_like = {"thruster-gain"},
       .separating_maneuver = "thruster pulses at rest and at two or three speeds",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
@@ -25,12 +26,13 @@ struct ThrusterSpeedLoss {
   T u_c;
 
   ThrusterSpeedLoss(const std::array<T, 1>& value, const Ship& ship) : u_c(value[0]) {
-    if (ship.thrusters.empty()) throw EffectNotApplicable("the ship has no thruster");
+    if (!ship.has([]<typename M>() { return HasSpeedLoss<M>; })) throw EffectNotApplicable("the ship has no thruster");
   }
 
   void change(ModelParts<T>& parts) const {
-    for (auto& module : parts.modules.thrusters)
-      std::visit([&](auto& thruster) { thruster.inverse_u_c = 1.0 / u_c; }, module);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasSpeedLoss<M>) module.inverse_u_c = 1.0 / u_c;
+    });
   }
 };
 

@@ -17,7 +17,9 @@ struct Trim {
           "Inoue, Hirano & Kijima (1981), Int. Shipbuilding Progress 28 (321); the four constants as cited "
           "elsewhere, not compared with the paper",
       .look_alikes = "center-of-gravity in turns, cross-flow-drag",
+      .looks_like = {"center-of-gravity", "cross-flow-drag"},
       .separating_maneuver = "a spiral, or pull-outs to both sides",
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"trim_over_draft", "draft aft less draft forward, by the mean draft: + by the stern", 0.0, kNone, -1.0, 1.0,
@@ -27,25 +29,19 @@ struct Trim {
   T tau;
 
   Trim(const std::array<T, 1>& value, const Ship& ship) : tau(value[0]) {
-    if (!std::visit(
-            [](const auto& c) {
-              return requires { c.Y_v + c.Y_r + c.N_v + c.N_r; };
-            },
-            ship.hull))
+    if (!ship.has([]<typename M>() { return HasLinearDerivatives<M>; }))
       throw EffectNotApplicable("the ship's hull model has no linear derivatives");
   }
 
   void change(ModelParts<T>& parts) const {
-    std::visit(
-        [&](auto& hull) {
-          if constexpr (requires { hull.c.Y_v + hull.c.Y_r + hull.c.N_v + hull.c.N_r; }) {
-            hull.c.N_v -= 0.27 * tau * hull.c.Y_v;
-            hull.c.Y_v *= 1.0 + 2.0 / 3.0 * tau;
-            hull.c.Y_r *= 1.0 + 0.80 * tau;
-            hull.c.N_r *= 1.0 + 0.30 * tau;
-          }
-        },
-        parts.modules.hull);
+    parts.modules.for_each([&]<typename M>(M& hull) {
+      if constexpr (HasLinearDerivatives<M>) {
+        hull.c.N_v -= 0.27 * tau * hull.c.Y_v;
+        hull.c.Y_v *= 1.0 + 2.0 / 3.0 * tau;
+        hull.c.Y_r *= 1.0 + 0.80 * tau;
+        hull.c.N_r *= 1.0 + 0.30 * tau;
+      }
+    });
   }
 };
 

@@ -35,6 +35,7 @@ struct Unknown {
           "are about the same force each, 0.05 of 1/2 rho L d U^2 at Froude number 0.1",
       .look_alikes = "whatever is not yet known",
       .separating_maneuver = "the maneuvers in which the terms that were found are largest",
+      .search = SearchStart::terms,
   };
   static constexpr std::array<EffectParameter, 38> parameters{{
       unknown_term("X_u", "of u sqrt(g L)", 0.005),

@@ -17,7 +17,10 @@ struct UnmeasuredWind {
           "wind module",
       .source = "Fujiwara, Ueno & Nimura (1998), J. SNAJ 183, 77-90, through the ship's wind module",
       .look_alikes = "wave-drift, earth-force, steady-current",
+      .looks_like = {"wave-drift", "earth-force", "steady-current"},
       .separating_maneuver = "different ship speeds, reciprocal runs, and stopping to drift",
+      .search = SearchStart::compass,
+      .to_ensemble = EnsembleForm::wind_velocity,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{
       {"wind_speed_mps", "speed of the wind that is not in the recording", 0.0, kNone, 0.0, kUnbounded,

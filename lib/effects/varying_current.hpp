@@ -20,11 +20,13 @@ struct VaryingCurrent {
       .source =
           "spectral form of the process (ours): smooth, so that dV/dt exists; equations of motion as steady-current",
       .look_alikes = "steady-current, sheared-current, unmeasured-wind, a drifting sensor bias",
+      .looks_like = {"steady-current", "sheared-current", "unmeasured-wind"},
       .separating_maneuver = "the same maneuver at another time",
       .formula_sd = 0.0,
+      .search = SearchStart::course,
   };
-  static constexpr std::size_t kCosines = 4;                          ///< of the course, with the constant
-  static constexpr std::size_t kStart = 3, kLength = 4, kCourse = 5;  ///< places of its parameters
+  static constexpr std::size_t kCosines = 4;  ///< of the course, with the constant
+  static constexpr std::size_t kSd = 0, kTau = 1, kSeed = 2, kStart = 3, kLength = 4, kCourse = 5;  ///< of parameters
 
   static constexpr EffectParameter cosine(std::string_view name, std::string_view meaning) {
     return {

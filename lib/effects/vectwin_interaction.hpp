@@ -17,7 +17,9 @@ struct VectwinInteraction {
           "form of the tool (ours), on top of the interaction that the rudder module has (Kang, Nagarajan, Hasegawa & "
           "Sano 2008, JMST 13, 207-222)",
       .look_alikes = "rudder-effectiveness, thrust-loss at open rudders",
+      .looks_like = {"rudder-effectiveness", "thrust-loss"},
       .separating_maneuver = "opening and closing both rudders (clamshell) at constant revolutions",
+      .needs_turns = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"k_interaction", "share that is lost at a right angle between the rudders", 0.0, kNone, -1.0, 1.0,
@@ -31,12 +33,9 @@ struct VectwinInteraction {
   }
 
   void change(ModelParts<T>& parts) const {
-    std::visit(
-        [&](auto& rudder) {
-          if constexpr (requires { rudder.k_interaction; })
-            rudder.k_interaction = rudder.k_interaction.value_or(T(0.0)) + k;
-        },
-        parts.modules.rudder);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasTwinRudders<M>) module.k_interaction = module.k_interaction.value_or(T(0.0)) + k;
+    });
   }
 };
 

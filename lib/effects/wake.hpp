@@ -15,6 +15,7 @@ struct Wake {
       .formula = "w_P + wake_fraction_increase, ahead",
       .source = "shift of the ship's wake fraction",
       .look_alikes = "rudder-effectiveness, shallow-water",
+      .looks_like = {"rudder-effectiveness", "shallow-water"},
       .separating_maneuver = "the same rudder angle at several ratios n/u, n = 0 among them",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
@@ -24,10 +25,15 @@ struct Wake {
 
   T increase;
 
-  Wake(const std::array<T, 1>& value, const Ship&) : increase(value[0]) {}
+  Wake(const std::array<T, 1>& value, const Ship& ship) : increase(value[0]) {
+    if (!ship.has([]<typename M>() { return HasWake<M>; }))
+      throw EffectNotApplicable("the ship has no propeller in a wake");
+  }
 
   void change(ModelParts<T>& parts) const {
-    std::visit([&](auto& propeller) { propeller.increase_wake(increase); }, parts.modules.propeller);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasWake<M>) module.increase_wake(increase);
+    });
   }
 };
 

@@ -17,7 +17,8 @@ struct Wall {
                                              -kUnbounded,
                                              kUnbounded,
                                              uniform(0.0, 30.0),
-                                             uniform(0.0, 1500.0)};
+                                             uniform(0.0, 1500.0),
+                                             ParameterRole::wall_distance};
   static constexpr EffectParameter kDirection{"wall_direction_deg",
                                               "direction in which the wall lies from there, clockwise from x0",
                                               kNone,

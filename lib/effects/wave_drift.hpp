@@ -19,6 +19,7 @@ struct WaveDrift {
           "C_Y = 1); "
           "the default coefficients are mid-range values, ours",
       .look_alikes = "unmeasured-wind, earth-force",
+      .looks_like = {"unmeasured-wind", "earth-force"},
       .separating_maneuver = "a change of speed; runs in calm wind with swell; no correlation with gusts",
   };
   static constexpr std::array<EffectParameter, 5> parameters{{

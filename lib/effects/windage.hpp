@@ -13,6 +13,7 @@ struct Windage {
       .formula = "X_A kX, Y_A kY, N_A kN",
       .source = "gains on the ship's wind module (Fujiwara, Ueno & Nimura 1998)",
       .look_alikes = "anemometer (force goes with its square), draft, unmeasured-wind",
+      .looks_like = {"anemometer", "draft", "unmeasured-wind"},
       .separating_maneuver = "different wind speeds and relative wind directions; gusts",
   };
   static constexpr std::array<EffectParameter, 3> parameters{{
@@ -31,7 +32,9 @@ struct Windage {
   }
 
   void change(ModelParts<T>& parts) const {
-    std::visit([&](auto& wind) { wind.scale(kX, kY, kN); }, *parts.modules.wind);
+    parts.modules.for_each([&]<typename M>(M& module) {
+      if constexpr (HasWindForce<M>) module.scale(kX, kY, kN);
+    });
   }
 };
 

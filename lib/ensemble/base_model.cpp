@@ -9,6 +9,7 @@
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "io/files.hpp"
+#include "ship/pitch_current.hpp"
 
 namespace leeway::ensemble {
 namespace {
@@ -52,7 +53,7 @@ BaseModel::BaseModel(Ship ship, std::string text)
       return InputError(entry.file, 0, entry.pointer,
                         fmt::format("{}: a base model cannot have an effect that depends on {}", entry.type, what));
     };
-    if (model.effects.rudder_response() != RudderResponse()) throw refuse("what the rudders did before");
+    if (model.rudder_response() != RudderResponse()) throw refuse("what the rudders did before");
     const double L = ship_.particulars.L_pp;
     for (const double t_s : {0.0, 100.0, 1000.0}) {
       const Vec3<double> here = probe(model, alone, t_s, {0.0, 0.0, 0.3});
@@ -83,6 +84,11 @@ void BaseModel::check(const Trajectory& recording) const {
       throw refuse(actuator.channel, fmt::format("the base ship '{}'", ship_.name));
   if (!heading_effect_.empty() && !recording.has(Channel::psi))
     throw refuse(Channel::psi, fmt::format("the effect '{}' of the base ship '{}'", heading_effect_, ship_.name));
+}
+
+void BaseModel::prepare(std::vector<Trajectory>& recordings) const {
+  add_revolutions(recordings, ship_);
+  for (const Trajectory& recording : recordings) check(recording);
 }
 
 Inputs<double> BaseModel::inputs(const Samples& samples, const std::vector<Channel>& channels, Eigen::Index k) const {

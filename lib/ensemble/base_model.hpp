@@ -34,6 +34,8 @@ class BaseModel {
   /// Throws InputError if the recording lacks an actuator that is not optional, or the heading where an effect needs
   /// it.
   void check(const Trajectory& recording) const;
+  /// add_revolutions() of the ship, then check().
+  void prepare(std::vector<Trajectory>& recordings) const;
 
   /// The inputs of the step from point k; rows of samples.actuators are `channels`.
   Inputs<double> inputs(const Samples& samples, const std::vector<Channel>& channels, Eigen::Index k) const;

@@ -1,8 +1,10 @@
 #include "ensemble/config.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
 #include "io/files.hpp"
@@ -30,6 +32,34 @@ std::vector<CurriculumStage> curriculum_from(const io::JsonObject& object, int s
     object.fail("curriculum",
                 fmt::format("expected shares that leave some to the whole windows, got a sum of {}", total));
   return stages;
+}
+
+bool is_near(double x, double y) { return std::abs(x - y) <= 1e-9 * std::abs(y); }
+
+// Throws unless all that the paper's text and table fix is as there; the number of members is free.
+void check_follows_paper(const io::JsonObject& object, const TrainingConfig& c) {
+  const TrainingConfig paper;
+  const auto is_scale = [&](double time_step_s, double sigma_r_degps, int epochs) {
+    return is_near(c.time_step_s, time_step_s) && is_near(c.sigma(2), deg_to_rad(sigma_r_degps)) && c.epochs == epochs;
+  };
+  const std::pair<const char*, bool> held[] = {
+      {"steps", c.steps == paper.steps},
+      {"curriculum", c.curriculum.empty()},
+      {"initial_state_steps", c.initial_state_steps == paper.initial_state_steps},
+      {"initial_state_net", c.initial_state_net},
+      {"hidden_layers", c.hidden_layers == paper.hidden_layers},
+      {"hidden_units", c.hidden_units == paper.hidden_units},
+      {"sigma", is_near(c.sigma(0), paper.sigma(0)) && is_near(c.sigma(1), paper.sigma(1))},
+      {"learning_rate", c.learning_rate == paper.learning_rate},
+      {"learning_rate_schedule", c.schedule == RateSchedule::constant},
+      {"gradient_clip_norm", c.gradient_clip_norm == 0.0},
+      {"optimizer", c.optimizer == Optimizer::adam},
+      {"batch_size", c.batch_size == paper.batch_size},
+      {"integrator_predict", c.integrator_predict == paper.integrator_predict},
+      {"state_resampling", c.resampling == paper.resampling},
+      {"time_step_s, sigma or epochs", is_scale(1.0, 0.1, 20000) || is_scale(7.0, 0.01, 100000)}};
+  for (const auto& [key, is_held] : held)
+    if (!is_held) object.fail("follows", fmt::format("'paper', but {} differs from the paper's; leave one out", key));
 }
 
 }  // namespace
@@ -76,6 +106,10 @@ TrainingConfig training_config_from(const io::JsonObject& object) {
   if (object.has("state_resampling"))
     c.resampling = object.word("state_resampling", {"decimate", "average"}) == "average" ? StateResampling::average
                                                                                          : StateResampling::decimate;
+  if (object.has("follows")) {
+    c.follows = object.word("follows", {"paper"});
+    check_follows_paper(object, c);
+  }
   object.check_all_known();
   return c;
 }
@@ -120,6 +154,7 @@ io::Json to_json(const TrainingConfig& c) {
       {"integrator_train", "euler"},
       {"integrator_predict", c.integrator_predict == Integrator::rk4 ? "rk4" : "euler"},
       {"state_resampling", c.resampling == StateResampling::average ? "average" : "decimate"}};
+  if (!c.follows.empty()) json["follows"] = c.follows;
   if (!c.curriculum.empty()) {
     io::Json stages = io::Json::array();
     for (const CurriculumStage& stage : c.curriculum)

@@ -31,6 +31,8 @@ struct CurriculumStage {
 
 /// How an ensemble is trained: the keys of configs/train/*.json. The defaults are the ensemble paper's.
 struct TrainingConfig {
+  /// "paper": method and numbers are those of the ensemble paper at one of its two scales, which reading has checked.
+  std::string follows;
   double time_step_s = 1.0;
   int steps = 100;  ///< points K of a training window: K - 1 integration steps
   /// Stages before windows have K = steps: rollouts that grow with what the networks know.
@@ -65,8 +67,8 @@ std::size_t curriculum_stage(const TrainingConfig& config, int epoch);
 /// The rate of an optimizer step when the share `progress` of all steps is done.
 double learning_rate(const TrainingConfig& config, double progress);
 
-/// All keys with their values, in the units of the file; but those of curriculum and Muon only where they are used, so
-/// that trainings without them keep their identity.
+/// All keys with their values, in the units of the file; but those of curriculum and Muon, and `follows`, only where
+/// they are used, so that trainings without them keep their identity.
 io::Json to_json(const TrainingConfig& config);
 
 }  // namespace leeway::ensemble

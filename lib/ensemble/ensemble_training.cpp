@@ -43,9 +43,9 @@ class MemberTraining {
     std::optional<TrainingState> state;
     if (training_.resume) state = read_checkpoint(training_.folder, number_, header_);
     if (state) {
-      if (state->member.kernel != kernels_.name)
+      if (!nn::give_same_bits(state->member.kernel, kernels_.name))
         reports_.warning(fmt::format(
-            "member {} was begun with kernel '{}' and goes on with '{}': its last digits differ from a run on one "
+            "member {} was begun with kernel '{}' and continues with '{}': its last digits differ from a run on one "
             "kernel. Use --kernel {} for the same bits.",
             number_, state->member.kernel, kernels_.name, state->member.kernel));
     } else {
@@ -104,8 +104,8 @@ class MemberTraining {
       throw;
     } catch (const IoError& error) {  // a full disk may have room again before the training ends
       if (!warned_)
-        reports_.warning(
-            fmt::format("{}; training goes on, and a kill would take it back to the checkpoint before", error.what()));
+        reports_.warning(fmt::format("{}; training continues, and a kill would take it back to the checkpoint before",
+                                     error.what()));
       warned_ = true;
     }
     return true;
@@ -153,7 +153,7 @@ bool train_ensemble(const TrainingData& data, const EnsembleHeader& header, cons
     const int number = training.members[i];
     if (training.resume && member_exists(training.folder, number)) {
       const Member done = read_member(training.folder, number, header);
-      if (done.kernel != kernels.name)
+      if (!nn::give_same_bits(done.kernel, kernels.name))
         one_at_a_time.warning(fmt::format(
             "member {} is kept as kernel '{}' trained it; kernel '{}' of this run would give other last digits", number,
             done.kernel, kernels.name));

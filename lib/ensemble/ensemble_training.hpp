@@ -13,7 +13,7 @@ namespace leeway::ensemble {
 struct EnsembleTraining {
   std::string folder;
   std::vector<int> members;
-  bool resume = false;                     ///< keep finished members, go on from checkpoints
+  bool resume = false;                     ///< keep finished members, continue from checkpoints
   double checkpoint_interval_s = 30;       ///< 0: after every optimizer step
   std::size_t jobs = 1;                    ///< members at a time; each is one thread
   const TrainingData* held_out = nullptr;  ///< evaluated a hundred times on the way, and never trained on

@@ -14,12 +14,13 @@ namespace leeway::ensemble {
 /// One trained pair of networks.
 struct Member {
   int number = 0;
-  std::string kernel;  ///< path that trained it: members are bit-identical on one path only
+  std::string kernel;  ///< that began its training, and decides its last bits: nn::give_same_bits()
   nn::NetworkShape dynamics, initial_state;
   nn::AlignedVector<float> parameters;  ///< dynamics, then initial state
   std::array<double, 3> output_mean{};  ///< of the dynamics network over standard normal inputs at initialization
   std::array<double, 3> output_sd{};
   std::vector<float> training_curve;  ///< mean training loss of each epoch
+  bool verified = true;               ///< false where its file, of an earlier version, has no hash
 };
 
 nn::NetworkShape dynamics_shape(const ModelInputs& inputs, const TrainingConfig& config);

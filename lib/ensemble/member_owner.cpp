@@ -4,11 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <random>
 #include <sstream>
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "io/files.hpp"
 #include "io/json.hpp"
@@ -67,13 +69,15 @@ std::optional<OwnerRecord> read_owner(const std::string& folder, int number) {
   const std::string path = owner_path(folder, number);
   try {
     const io::Json json = io::parse_json(io::read_text(path), path);
+    const io::JsonObject object(json, path);
     OwnerRecord record;
-    record.host = json.at("host").get<std::string>();
-    record.pid = json.at("pid").get<long>();
-    record.process_start = json.at("process_start").get<std::uint64_t>();
-    record.token = json.at("token").get<std::string>();
-    record.progress = {json.at("epochs_done").get<int>(), number_from(json.at("loss")),
-                       number_from(json.at("held_out_loss")), number_from(json.at("seconds_left"))};
+    record.host = object.text("host");
+    record.pid = object.integer("pid", io::kNotNegative);
+    record.process_start = static_cast<std::uint64_t>(object.integer("process_start", io::kNotNegative));
+    record.token = object.text("token");
+    const io::Bounds epochs{0.0, std::numeric_limits<int>::max()};
+    record.progress = {static_cast<int>(object.integer("epochs_done", epochs)), number_from(object.value("loss")),
+                       number_from(object.value("held_out_loss")), number_from(object.value("seconds_left"))};
     std::error_code error;
     const auto written = fs::last_write_time(path, error);
     if (!error) record.age_s = std::chrono::duration<double>(fs::file_time_type::clock::now() - written).count();
@@ -87,7 +91,7 @@ std::optional<OwnerRecord> read_owner(const std::string& folder, int number) {
 
 MemberOwner::MemberOwner(const std::string& folder, int number) : folder_(folder), number_(number) {
   if (const auto other = read_owner(folder, number); other && other->alive())
-    throw IoError(owner_path(folder, number), fmt::format("{} trains this member; wait for it, or end it and go on "
+    throw IoError(owner_path(folder, number), fmt::format("{} trains this member; wait for it, or end it and continue "
                                                           "with --resume",
                                                           process_of(*other)));
   std::random_device random;

@@ -22,7 +22,7 @@ struct MemberProgress {
 struct OwnerRecord {
   std::string host;
   long pid = 0;
-  std::uint64_t process_start = 0;  ///< clock ticks from the start of the machine, which tell reused numbers apart
+  std::uint64_t process_start = 0;  ///< clock ticks from the start of the machine, which distinguish reused numbers
   std::string token;                ///< random
   MemberProgress progress;
   double age_s = 0.0;  ///< since it was written, by the clock of the file system

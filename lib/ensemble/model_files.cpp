@@ -1,17 +1,21 @@
 #include "ensemble/model_files.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
+#include <limits>
+#include <tuple>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
-#include "ensemble/member_owner.hpp"
 #include "ensemble/muon.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
+#include "io/json_check.hpp"
 
 namespace leeway::ensemble {
 namespace fs = std::filesystem;
@@ -21,6 +25,8 @@ namespace {
 using FloatJson =
     nlohmann::basic_json<nlohmann::ordered_map, std::vector, std::string, bool, std::int64_t, std::uint64_t, float>;
 
+constexpr const char* kIndexFile = "ensemble.json";
+constexpr const char* kMemberPrefix = "member-";
 constexpr const char* kBaseFile = "base-ship.json";
 constexpr std::string_view kCheckpointFormat = "leeway checkpoint 2 ";  // then the hash of all that follows the line
 
@@ -81,6 +87,45 @@ io::Json training_to_json(const EnsembleHeader& h) {
   return json;
 }
 
+// No white space, whatever stands in a recording's name: equal text for what was written and what is read back.
+template <typename AnyJson>
+std::string hash_of(const AnyJson& json) {
+  return io::sha256(json.dump(-1, ' ', false, AnyJson::error_handler_t::replace));
+}
+
+// All that a prediction takes from a member's file.
+FloatJson deciding_part(const FloatJson& member) {
+  FloatJson part;
+  for (const char* key : {"training_id", "output_mean", "output_sd", "dynamics", "initial_state"})
+    part[key] = member.at(key);
+  return part;
+}
+
+// All that a training and its use take from ensemble.json and that the training_id does not cover.
+std::string header_hash(const io::Json& json) {
+  return hash_of(io::Json{{"training_id", json.at("training_id")}, {"domain", json.at("domain")}});
+}
+
+// JSON has no infinite number: one would be written as null.
+void require_finite(const io::Json& json, const std::string& path) {
+  const io::Json flat = json.flatten();
+  for (const auto& [pointer, value] : flat.items())
+    if (value.is_number_float() && !std::isfinite(value.get<double>()))
+      throw NumericalError(fmt::format("{}: {} would be no finite number; nothing is written", path, pointer));
+}
+
+void require_finite(const Member& member, const std::string& path) {
+  const auto finite = [](double x) { return std::isfinite(x); };
+  const auto& [mean, sd, curve] = std::tie(member.output_mean, member.output_sd, member.training_curve);
+  if (!std::all_of(member.parameters.begin(), member.parameters.end(), finite) ||
+      !std::all_of(mean.begin(), mean.end(), finite) || !std::all_of(curve.begin(), curve.end(), finite) ||
+      !std::all_of(sd.begin(), sd.end(), [](double x) { return std::isfinite(x) && x > 0.0; }))
+    throw NumericalError(
+        fmt::format("{}: a weight, a loss or the standardization would be no finite number; nothing is "
+                    "written",
+                    path));
+}
+
 FloatJson network_to_json(const nn::NetworkShape& shape, const float* parameters) {
   FloatJson layers = FloatJson::array();
   for (int l = 0; shape.outputs > 0 && l < nn::layer_count(shape); ++l) {
@@ -138,6 +183,12 @@ std::array<double, n> exact_from(const FloatJson& json) {
   return values;
 }
 
+long whole_from(const FloatJson& json) {
+  const bool is_whole = json.is_number_unsigned() && json.get<std::uint64_t>() <= std::numeric_limits<int>::max();
+  if (!is_whole) throw std::out_of_range(fmt::format("'{}' is no whole number >= 0", json.dump().substr(0, 40)));
+  return json.get<long>();
+}
+
 nn::AlignedVector<float> floats_from(const FloatJson& json) {
   const auto values = json.get<std::vector<float>>();
   return {values.begin(), values.end()};
@@ -155,6 +206,24 @@ auto checked(const std::string& path, const Read& read) {
   }
 }
 
+void check_member_keys(const FloatJson& json, const std::string& path) {
+  if (json.at("format").get<std::string>() != "leeway member 1")
+    throw InputError(path, 0, "/format", "expected \"leeway member 1\"");
+  constexpr std::array kKeys{"format",    "training_id", "member",        "kernel",         "output_mean",
+                             "output_sd", "dynamics",    "initial_state", "training_curve", "sha256"};
+  const auto check = [&](const FloatJson& object, const std::string& pointer, auto begin, auto end) {
+    for (const auto& item : object.items())
+      if (std::find(begin, end, item.key()) == end)
+        throw InputError(path, 0, pointer + item.key(),
+                         fmt::format("unknown key; known here: {}", fmt::join(begin, end, ", ")));
+  };
+  check(json, "/", kKeys.begin(), kKeys.end());
+  constexpr std::array kLayerKeys{"weights", "bias"};
+  for (const char* network : {"dynamics", "initial_state"})
+    for (std::size_t l = 0; l < json.at(network).size(); ++l)
+      check(json.at(network).at(l), fmt::format("/{}/{}/", network, l), kLayerKeys.begin(), kLayerKeys.end());
+}
+
 void check_training_id(const std::string& path, const std::string& found, const EnsembleHeader& header) {
   if (found != header.training_id)
     throw InputError(path, "belongs to another training (data, settings, base or seed differ from ensemble.json)");
@@ -165,7 +234,7 @@ void check_training_id(const std::string& path, const std::string& found, const 
 EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files) {
   EnsembleHeader header{data.config, data.inputs, seed, std::move(files), std::nullopt, ""};
   if (data.base) header.base = {data.base->ship().name, data.base->sha256()};
-  header.training_id = io::sha256(training_to_json(header).dump());
+  header.training_id = hash_of(training_to_json(header));
   return header;
 }
 
@@ -180,17 +249,20 @@ void write_header(const std::string& folder, const EnsembleHeader& header, const
   io::Json members = io::Json::array();
   for (int k = 0; k < header.config.members; ++k)
     members.push_back(fs::path(member_path(folder, k)).filename().string());
-  const io::Json json{{"format", "leeway ensemble 1"},
-                      {"training_id", header.training_id},
-                      {"training", training_to_json(header)},
-                      {"domain", domain_to_json(header.inputs.domain)},
-                      {"members", members},
-                      {"provenance", provenance}};
-  io::write_text((fs::path(folder) / "ensemble.json").string(), io::to_text(json));
+  const std::string path = (fs::path(folder) / kIndexFile).string();
+  io::Json json{{"format", "leeway ensemble 1"},
+                {"training_id", header.training_id},
+                {"training", training_to_json(header)},
+                {"domain", domain_to_json(header.inputs.domain)},
+                {"members", members},
+                {"provenance", provenance}};
+  json["sha256"] = header_hash(json);
+  require_finite(json, path);
+  io::write_text(path, io::to_text(json));
 }
 
 std::optional<EnsembleHeader> read_header(const std::string& folder, bool optional) {
-  const std::string path = (fs::path(folder) / "ensemble.json").string();
+  const std::string path = (fs::path(folder) / kIndexFile).string();
   std::error_code error;
   if (optional && !fs::exists(path, error)) return std::nullopt;
   const io::Json json = io::read_json(path);
@@ -204,14 +276,21 @@ std::optional<EnsembleHeader> read_header(const std::string& folder, bool option
     training.fail("seed", fmt::format("expected a whole number >= 0, got {}", seed.dump()));
   h.seed = seed.get<std::uint64_t>();
   h.config = training_config_from(training.object("config"));
-  h.config.members = static_cast<int>(file.texts("members").size());
-  if (h.config.members == 0) file.fail("members", "expected at least one member");
+  const std::vector<std::string> members = file.texts("members");
+  h.config.members = static_cast<int>(members.size());
+  if (members.empty()) file.fail("members", "expected at least one member");
+  for (int k = 0; k < h.config.members; ++k)
+    if (const std::string expected = fs::path(member_path(folder, k)).filename().string();
+        members[static_cast<std::size_t>(k)] != expected)
+      file.fail(fmt::format("members/{}", k), fmt::format("expected \"{}\"", expected));
   for (const std::string& name : training.texts("actuators"))
     h.inputs.actuators.push_back(channel_from(training, "actuators", name));
   h.inputs.wind = training.flag_or("wind", false);
-  for (const io::JsonObject& constant : training.objects("constant_columns"))
+  for (const io::JsonObject& constant : training.objects("constant_columns")) {
     h.inputs.constants.emplace_back(channel_from(constant, "column", constant.text("column")),
                                     constant.number("value_si"));
+    constant.check_all_known();
+  }
   h.inputs.inputs = spreads_from(training, "inputs");
   h.inputs.accelerations = spreads_from(training, "accelerations");
   h.inputs.pose_in_initial_state = training.flag_or("pose_in_initial_state", false);
@@ -222,17 +301,37 @@ std::optional<EnsembleHeader> read_header(const std::string& folder, bool option
   if (h.inputs.inputs.size() != expected)
     training.fail("inputs", fmt::format("expected {} entries, got {}", expected, h.inputs.inputs.size()));
   if (h.inputs.accelerations.size() != 3) training.fail("accelerations", "expected 3 entries");
-  for (const io::JsonObject& f : training.objects("files"))
-    h.files.push_back({f.text("recording"), f.text("sha256"), static_cast<std::size_t>(f.integer("rows"))});
+  for (const io::JsonObject& f : training.objects("files")) {
+    h.files.push_back(
+        {f.text("recording"), f.text("sha256"), static_cast<std::size_t>(f.integer("rows", io::kNotNegative))});
+    f.check_all_known();
+  }
   if (const auto base = training.object_if("base")) {
+    base->word("ship", {kBaseFile});
     h.base = {base->text("name"), base->text("sha256")};
     for (const std::string& name : base->texts("actuators"))
       h.inputs.base_actuators.push_back(channel_from(*base, "actuators", name));
+    base->check_all_known();
   }
+  training.check_all_known();
   if (file.has("domain"))  // ensembles of earlier versions have none
-    for (const io::JsonObject& range : file.objects("domain"))
+    for (const io::JsonObject& range : file.objects("domain")) {
       h.inputs.domain.push_back({range.text("name"), range.number("low"), range.number("high")});
+      range.check_all_known();
+    }
+  file.has("provenance");
+  const bool has_hash = file.has("sha256");  // nor have they one
+  file.check_all_known();
+  if (hash_of(json.at("training")) != h.training_id)
+    file.fail("training_id", "is not the SHA-256 of /training: the file was changed after the training");
+  if (has_hash && (!json.contains("domain") || file.text("sha256") != header_hash(json)))
+    file.fail("sha256", "is not that of /training_id and /domain: the file was changed after the training");
   return h;
+}
+
+bool is_model_file(const std::string& path) {
+  const std::string name = fs::path(path).filename().string();
+  return name == kIndexFile || name == kBaseFile || name.starts_with(kMemberPrefix);
 }
 
 std::string base_path(const std::string& folder) { return (fs::path(folder) / kBaseFile).string(); }
@@ -262,16 +361,19 @@ bool member_exists(const std::string& folder, int number) {
 void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header,
                   const std::function<void()>& before_rename) {
   const std::size_t split = nn::parameter_count(member.dynamics);
-  const FloatJson json{{"format", "leeway member 1"},
-                       {"training_id", header.training_id},
-                       {"member", member.number},
-                       {"kernel", member.kernel},
-                       {"output_mean", exact(member.output_mean)},
-                       {"output_sd", exact(member.output_sd)},
-                       {"dynamics", network_to_json(member.dynamics, member.parameters.data())},
-                       {"initial_state", network_to_json(member.initial_state, member.parameters.data() + split)},
-                       {"training_curve", member.training_curve}};
-  io::OutputFile file(member_path(folder, member.number));
+  const std::string path = member_path(folder, member.number);
+  require_finite(member, path);
+  FloatJson json{{"format", "leeway member 1"},
+                 {"training_id", header.training_id},
+                 {"member", member.number},
+                 {"kernel", member.kernel},
+                 {"output_mean", exact(member.output_mean)},
+                 {"output_sd", exact(member.output_sd)},
+                 {"dynamics", network_to_json(member.dynamics, member.parameters.data())},
+                 {"initial_state", network_to_json(member.initial_state, member.parameters.data() + split)},
+                 {"training_curve", member.training_curve}};
+  json["sha256"] = hash_of(deciding_part(json));
+  io::OutputFile file(path);
   file.write(json.dump() + "\n");
   file.commit(before_rename);
 }
@@ -280,10 +382,12 @@ Member read_member(const std::string& folder, int number, const EnsembleHeader& 
   const std::string path = member_path(folder, number);
   const std::string text = io::read_text(path);
   return checked(path, [&] {
+    io::check_json<FloatJson>(text, path, io::JsonTop::object);
     const FloatJson json = FloatJson::parse(text);
     check_training_id(path, json.at("training_id").get<std::string>(), header);
     Member member;
-    member.number = json.at("member").get<int>();
+    member.number = static_cast<int>(whole_from(json.at("member")));
+    if (member.number != number) throw std::out_of_range(fmt::format("it is member {}", member.number));
     member.kernel = json.at("kernel").get<std::string>();
     member.output_mean = exact_from(json.at("output_mean"));
     member.output_sd = exact_from(json.at("output_sd"));
@@ -294,6 +398,11 @@ Member read_member(const std::string& folder, int number, const EnsembleHeader& 
     network_from_json(json.at("dynamics"), member.dynamics, member.parameters);
     network_from_json(json.at("initial_state"), member.initial_state, member.parameters);
     member.training_curve = json.at("training_curve").get<std::vector<float>>();
+    check_member_keys(json, path);
+    member.verified = json.contains("sha256");
+    if (member.verified && json.at("sha256").get<std::string>() != hash_of(deciding_part(json)))
+      throw InputError(path, 0, "/sha256",
+                       "is not that of weights and standardization: the file was changed or damaged");
     return member;
   });
 }
@@ -334,6 +443,7 @@ std::optional<TrainingState> read_checkpoint(const std::string& folder, int numb
   if (text.substr(hash, line_end - hash) != io::sha256(body))
     throw InputError(path, "is damaged: its hash is not that of its contents; without --resume the member begins anew");
   return checked(path, [&] {
+    io::check_cbor<FloatJson>(body, path);
     const FloatJson json = FloatJson::from_cbor(body);
     check_training_id(path, json.at("training_id").get<std::string>(), header);
     TrainingState state;
@@ -343,12 +453,12 @@ std::optional<TrainingState> read_checkpoint(const std::string& folder, int numb
     state.member.output_sd = exact_from(json.at("output_sd"));
     state.member.dynamics = dynamics_shape(header.inputs, header.config);
     state.member.initial_state = initial_state_shape(header.inputs, header.config);
-    state.epochs_done = json.at("epochs_done").get<int>();
-    state.windows_done = json.at("windows_done").get<std::size_t>();
+    state.epochs_done = static_cast<int>(whole_from(json.at("epochs_done")));
+    state.windows_done = static_cast<std::size_t>(whole_from(json.at("windows_done")));
     const std::array<double, 2> sums = exact_from<2>(json.at("loss_sum_and_points"));
     state.loss_sum = sums[0];
     state.points = sums[1];
-    state.adam_steps = json.at("adam_steps").get<long>();
+    state.adam_steps = whole_from(json.at("adam_steps"));
     state.member.parameters = floats_from(json.at("parameters"));
     state.adam_m = floats_from(json.at("adam_m"));
     state.adam_v = floats_from(json.at("adam_v"));
@@ -368,38 +478,6 @@ std::optional<TrainingState> read_checkpoint(const std::string& folder, int numb
 void remove_checkpoint(const std::string& folder, int number) {
   std::error_code error;
   fs::remove(checkpoint_path(folder, number), error);
-}
-
-namespace {
-
-void remove_files(const std::string& folder, const std::string& prefix, std::initializer_list<const char*> endings) {
-  std::error_code error;
-  std::vector<fs::path> found;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    const auto ends = [&](const char* ending) { return name.ends_with(ending); };
-    if (name.starts_with(prefix) && std::any_of(endings.begin(), endings.end(), ends)) found.push_back(entry.path());
-  }
-  for (const fs::path& path : found) fs::remove(path, error);
-}
-
-}  // namespace
-
-void remove_members(const std::string& folder, const EnsembleHeader& header) {
-  for (int k = 0; k < header.config.members; ++k)
-    if (const auto owner = read_owner(folder, k); owner && owner->alive())
-      throw IoError(
-          owner_path(folder, k),
-          fmt::format("process {} of this machine trains this member; end it, or choose another folder", owner->pid));
-  remove_files(folder, "member-", {".json", ".checkpoint", ".owner", ".tmp"});
-}
-
-void remove_unfinished(const std::string& folder, int number) {
-  remove_files(folder, fmt::format("member-{:02}.", number), {".tmp"});
-}
-
-void remove_remains(const std::string& folder, int number) {
-  remove_files(folder, fmt::format("member-{:02}.", number), {".checkpoint", ".owner", ".tmp"});
 }
 
 }  // namespace leeway::ensemble

@@ -38,6 +38,9 @@ void write_header(const std::string& folder, const EnsembleHeader& header, const
 /// Throws InputError or IoError; nothing where the file does not exist and `optional`.
 std::optional<EnsembleHeader> read_header(const std::string& folder, bool optional = false);
 
+/// Whether a path is that of a file that a training writes or removes in its folder.
+bool is_model_file(const std::string& path);
+
 /// <folder>/base-ship.json.
 std::string base_path(const std::string& folder);
 /// The base model of the ensemble in the folder, or nothing. Throws InputError where the file is not the one that the
@@ -62,9 +65,13 @@ void write_checkpoint(const std::string& folder, const TrainingState& state, con
 std::optional<TrainingState> read_checkpoint(const std::string& folder, int number, const EnsembleHeader& header);
 void remove_checkpoint(const std::string& folder, int number);
 
-/// Removes the members and checkpoints of an earlier training. Throws IoError where a process of this machine trains
-/// one of them.
-void remove_members(const std::string& folder, const EnsembleHeader& header);
+/// Throws NumericalError or IoError where the members' number is beyond this machine's memory or the whole of the
+/// folder's disk.
+void require_room(const std::string& folder, const TrainingConfig& config);
+
+/// Removes an earlier training, also what is left of one: ensemble.json first, then members and checkpoints. Throws
+/// IoError where a process of this machine trains one of them.
+void remove_training(const std::string& folder);
 /// Removes what a killed training left of a member's files half written.
 void remove_unfinished(const std::string& folder, int number);
 /// Removes what a kill just after the end of a training left beside the finished member.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -29,6 +30,16 @@ void standardize_outputs(Member& member, const nn::Kernels<float>& kernels, Rand
     member.output_mean[i] = mean;
     member.output_sd[i] = std::sqrt(square);
   }
+}
+
+// A number that a single-precision file holds: neither NaN nor infinite.
+bool is_storable(double x) { return std::abs(x) <= std::numeric_limits<float>::max(); }
+
+NumericalError diverged(const Member& member, int epoch, const TrainingConfig& config, const char* what) {
+  return NumericalError(
+      fmt::format("member {}: {} no finite number in epoch {}: training diverged. Lower learning_rate (now {}) or set "
+                  "gradient_clip_norm (now {})",
+                  member.number, what, epoch + 1, config.learning_rate, config.gradient_clip_norm));
 }
 
 }  // namespace
@@ -87,11 +98,7 @@ bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
       batch.assign(data, windows, order.data() + begin, std::min(batch_size, order.size() - begin));
       const double loss = kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(),
                                                     member.parameters.data(), gradient.data());
-      if (!std::isfinite(loss))
-        throw NumericalError(
-            fmt::format("member {}: the loss is no finite number in epoch {}: training diverged. Lower learning_rate "
-                        "(now {}) or set gradient_clip_norm (now {})",
-                        member.number, epoch + 1, config.learning_rate, config.gradient_clip_norm));
+      if (!is_storable(loss)) throw diverged(member, epoch, config, "the loss is");
       if (config.gradient_clip_norm > 0.0) clip(gradient, config.gradient_clip_norm);
       nn::AdamSettings adam;
       adam.learning_rate = learning_rate(
@@ -100,6 +107,8 @@ bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
         muon.step(config.muon_rate_factor * adam.learning_rate, gradient, member.parameters, state.muon_momentum);
       kernels.adam(adam, ++state.adam_steps, gradient.size(), gradient.data(), member.parameters.data(),
                    state.adam_m.data(), state.adam_v.data());
+      if (!std::all_of(member.parameters.begin(), member.parameters.end(), is_storable))
+        throw diverged(member, epoch, config, "the loss is");  // that of the next step
       state.loss_sum += loss * batch.points();
       state.points += batch.points();
       state.windows_done += batch_size;
@@ -108,6 +117,11 @@ bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
         ++state.epochs_done;
         state.windows_done = 0;
         state.loss_sum = state.points = 0.0;
+        // No further step looks at what the last one made.
+        if (state.epochs_done == config.epochs &&
+            !is_storable(kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(),
+                                                   member.parameters.data(), gradient.data())))
+          throw diverged(member, epoch, config, "the loss after the last step is");
       }
       if (!after_step(state)) return state.epochs_done == config.epochs;
     }

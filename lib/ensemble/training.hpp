@@ -9,9 +9,9 @@
 
 namespace leeway::ensemble {
 
-/// Everything that decides how training goes on, after any optimizer step: a checkpoint. Random numbers are drawn from
-/// streams of their own for each epoch, so there is no generator to save: the order of an epoch's windows follows from
-/// its number.
+/// Everything that decides how training continues, after any optimizer step: a checkpoint. Random numbers are drawn
+/// from streams of their own for each epoch, so there is no generator to save: the order of an epoch's windows follows
+/// from its number.
 struct TrainingState {
   Member member;
   int epochs_done = 0;
@@ -32,7 +32,7 @@ void clip(nn::AlignedVector<float>& gradient, double largest_norm);
 
 /// Trains until the config's epochs are done, or until after_step(state), called after each optimizer step, returns
 /// false. Returns whether all epochs are done. The result depends on the data, the config, the seed and the kernel path
-/// alone, however often training stops and goes on. Throws NumericalError when the loss is no finite number.
+/// alone, however often training stops and continues. Throws NumericalError when the loss is no finite number.
 bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float>& kernels, TrainingState& state,
            const std::function<bool(const TrainingState&)>& after_step);
 

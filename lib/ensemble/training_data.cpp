@@ -41,6 +41,12 @@ void find_actuators(const std::vector<Trajectory>& recordings, TrainingData& dat
     const bool anywhere =
         std::any_of(recordings.begin(), recordings.end(), [&](const auto& r) { return r.has(channel); });
     if (!anywhere) continue;
+    if (channel == Channel::i_bt &&
+        std::count(data.inputs.actuators.begin(), data.inputs.actuators.end(), Channel::n_bt)) {
+      data.notices.push_back(
+          fmt::format("column '{}' is left out: '{}' counts", column_name(Channel::i_bt), column_name(Channel::n_bt)));
+      continue;
+    }
     const Moments moments = of_channel(recordings, channel);
     if (moments.varies()) {
       data.inputs.actuators.push_back(channel);
@@ -154,6 +160,74 @@ void standardize(const std::vector<Spread>& spreads, const std::vector<std::vect
           static_cast<float>((observations[w][j] - spreads[j].mean) / spreads[j].sd));
 }
 
+// Standardization of the network's inputs and outputs. The apparent wind is that of the observed states.
+void find_spreads(const std::string& all_files, TrainingData& data) {
+  ModelInputs& inputs = data.inputs;
+  const std::size_t n_inputs = 3 + inputs.actuators.size() + (inputs.wind ? 2 : 0);
+  std::vector<Moments> input(n_inputs), acceleration(3);
+  for (const Samples& s : data.stretches)
+    for (Eigen::Index k = 0; k < s.size(); ++k) {
+      for (int i = 0; i < 3; ++i) {
+        input[i].add(s.nu(i, k));
+        if (k + 1 < s.size()) acceleration[i].add((s.nu(i, k + 1) - s.nu(i, k)) / s.dt_s);
+      }
+      for (std::size_t a = 0; a < inputs.actuators.size(); ++a)
+        input[3 + a].add(s.actuators(static_cast<Eigen::Index>(a), k));
+      if (inputs.wind) {
+        const Vec2<double> wind = apparent_wind<double>(s.true_wind.col(k), s.eta(2, k), s.nu(0, k), s.nu(1, k));
+        input[n_inputs - 2].add(wind(0));
+        input[n_inputs - 1].add(wind(1));
+      }
+    }
+  std::vector<std::string> names{"u_mps", "vm_mps", "r_radps"};
+  for (const Channel channel : inputs.actuators) names.push_back(si_name(channel));
+  if (inputs.wind) names.insert(names.end(), {"app_wind_x_mps", "app_wind_y_mps"});
+  for (std::size_t i = 0; i < n_inputs; ++i) {
+    if (!input[i].varies())
+      throw InputError(
+          all_files, fmt::format("'{}' never varies in the training data: nothing can be learned about it", names[i]));
+    inputs.inputs.push_back({names[i], input[i].mean, input[i].sd()});
+    inputs.domain.push_back({names[i], input[i].low, input[i].high});
+  }
+  const char* acceleration_names[] = {"udot_mps2", "vmdot_mps2", "rdot_radps2"};
+  for (int i = 0; i < 3; ++i) {
+    if (!acceleration[i].varies())
+      throw InputError(all_files,
+                       fmt::format("the acceleration '{}' never varies in the training data", acceleration_names[i]));
+    inputs.accelerations.push_back({acceleration_names[i], acceleration[i].mean, acceleration[i].sd()});
+  }
+  inputs.largest_speed_mps = std::max({input[0].high, -input[0].low, input[1].high, -input[1].low});
+  inputs.largest_rate_radps = std::max(input[2].high, -input[2].low);
+}
+
+// The same for what the initial-state network observes of each window; a notice says how many windows it cannot see.
+void find_initial_state_spreads(const std::vector<std::vector<double>>& observations, const std::string& all_files,
+                                TrainingData& data) {
+  const TrainingConfig& config = data.config;
+  ModelInputs& inputs = data.inputs;
+  const std::size_t per_point = inputs.pose_in_initial_state ? 6 : 3;
+  const std::size_t n = per_point * static_cast<std::size_t>(config.initial_state_steps);
+  std::vector<Moments> moments(n);
+  std::size_t usable = 0;
+  for (const auto& o : observations) {
+    for (std::size_t j = 0; j < o.size(); ++j) moments[j].add(o[j]);
+    if (!o.empty()) ++usable;
+  }
+  if (usable == 0)
+    throw InputError(all_files,
+                     fmt::format("too little data: no stretch has the {} points of {} s that the initial-state "
+                                 "network sees (initial_state_steps)",
+                                 config.initial_state_steps, config.time_step_s));
+  if (usable < observations.size())
+    data.notices.push_back(fmt::format("{} of {} windows have fewer than {} points; they start from the observed state",
+                                       observations.size() - usable, observations.size(), config.initial_state_steps));
+  static constexpr const char* kNames[] = {"x_m", "y_m", "psi_rad", "u_mps", "vm_mps", "r_radps"};
+  for (std::size_t j = 0; j < n; ++j)
+    inputs.initial_state.push_back({fmt::format("{}[{}]", kNames[j % per_point + 6 - per_point], j / per_point),
+                                    moments[j].mean,
+                                    moments[j].varies() && moments[j].sd() > 0.0 ? moments[j].sd() : 1.0});
+}
+
 std::string name_of_all(const std::vector<Trajectory>& recordings) {
   if (recordings.empty()) return "";
   if (recordings.size() == 1) return recordings.front().file;
@@ -188,15 +262,14 @@ std::vector<double> initial_state_observations(const Samples& samples, Range ran
   return values;
 }
 
-TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config,
+TrainingData prepare_training_data(std::vector<Trajectory> recordings, const TrainingConfig& config,
                                    std::shared_ptr<const BaseModel> base) {
   TrainingData data;
   data.config = config;
   data.base = std::move(base);
   ModelInputs& inputs = data.inputs;
   const std::string all_files = name_of_all(recordings);
-  if (data.base)
-    for (const Trajectory& recording : recordings) data.base->check(recording);
+  if (data.base) data.base->prepare(recordings);
   find_actuators(recordings, data);
   find_wind(recordings, data);
   if (inputs.actuators.empty() && !inputs.wind)
@@ -204,43 +277,8 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
 
   add_stretches(recordings, all_files, data);
 
-  // Standardization. The apparent wind is that of the observed states.
-  const std::size_t n_inputs = 3 + inputs.actuators.size() + (inputs.wind ? 2 : 0);
-  std::vector<Moments> input(n_inputs), acceleration(3);
-  for (const Samples& s : data.stretches)
-    for (Eigen::Index k = 0; k < s.size(); ++k) {
-      for (int i = 0; i < 3; ++i) {
-        input[i].add(s.nu(i, k));
-        if (k + 1 < s.size()) acceleration[i].add((s.nu(i, k + 1) - s.nu(i, k)) / s.dt_s);
-      }
-      for (std::size_t a = 0; a < inputs.actuators.size(); ++a)
-        input[3 + a].add(s.actuators(static_cast<Eigen::Index>(a), k));
-      if (inputs.wind) {
-        const Vec2<double> wind = apparent_wind<double>(s.true_wind.col(k), s.eta(2, k), s.nu(0, k), s.nu(1, k));
-        input[n_inputs - 2].add(wind(0));
-        input[n_inputs - 1].add(wind(1));
-      }
-    }
-  std::vector<std::string> names{"u_mps", "vm_mps", "r_radps"};
-  for (const Channel channel : inputs.actuators) names.push_back(si_name(channel));
-  if (inputs.wind) names.insert(names.end(), {"app_wind_x_mps", "app_wind_y_mps"});
-  for (std::size_t i = 0; i < n_inputs; ++i) {
-    if (!input[i].varies())
-      throw InputError(
-          all_files, fmt::format("'{}' never varies in the training data: nothing can be learned about it", names[i]));
-    inputs.inputs.push_back({names[i], input[i].mean, input[i].sd()});
-    inputs.domain.push_back({names[i], input[i].low, input[i].high});
-  }
-  const char* acceleration_names[] = {"udot_mps2", "vmdot_mps2", "rdot_radps2"};
-  for (int i = 0; i < 3; ++i) {
-    if (!acceleration[i].varies())
-      throw InputError(all_files,
-                       fmt::format("the acceleration '{}' never varies in the training data", acceleration_names[i]));
-    inputs.accelerations.push_back({acceleration_names[i], acceleration[i].mean, acceleration[i].sd()});
-  }
+  find_spreads(all_files, data);
   if (data.base) find_residuals(data);
-  inputs.largest_speed_mps = std::max({input[0].high, -input[0].low, input[1].high, -input[1].low});
-  inputs.largest_rate_radps = std::max(input[2].high, -input[2].low);
 
   // Windows, and what the initial-state network sees of them.
   inputs.pose_in_initial_state =
@@ -248,28 +286,7 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
   std::vector<std::vector<double>> observations;
   data.windows = cut_windows(data, config.steps, observations);
   if (config.initial_state_net) {
-    const std::size_t per_point = inputs.pose_in_initial_state ? 6 : 3;
-    const std::size_t n = per_point * static_cast<std::size_t>(config.initial_state_steps);
-    std::vector<Moments> moments(n);
-    std::size_t usable = 0;
-    for (const auto& o : observations) {
-      for (std::size_t j = 0; j < o.size(); ++j) moments[j].add(o[j]);
-      if (!o.empty()) ++usable;
-    }
-    if (usable == 0)
-      throw InputError(all_files,
-                       fmt::format("too little data: no stretch has the {} points of {} s that the initial-state "
-                                   "network sees (initial_state_steps)",
-                                   config.initial_state_steps, config.time_step_s));
-    if (usable < observations.size())
-      data.notices.push_back(
-          fmt::format("{} of {} windows have fewer than {} points; they start from the observed state",
-                      observations.size() - usable, observations.size(), config.initial_state_steps));
-    static constexpr const char* kNames[] = {"x_m", "y_m", "psi_rad", "u_mps", "vm_mps", "r_radps"};
-    for (std::size_t j = 0; j < n; ++j)
-      inputs.initial_state.push_back({fmt::format("{}[{}]", kNames[j % per_point + 6 - per_point], j / per_point),
-                                      moments[j].mean,
-                                      moments[j].varies() && moments[j].sd() > 0.0 ? moments[j].sd() : 1.0});
+    find_initial_state_spreads(observations, all_files, data);
     standardize(inputs.initial_state, observations, data.windows);
   }
   for (const CurriculumStage& stage : config.curriculum) {
@@ -280,13 +297,12 @@ TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, co
   return data;
 }
 
-TrainingData prepare_held_out_data(const std::vector<Trajectory>& recordings, const TrainingData& training) {
+TrainingData prepare_held_out_data(std::vector<Trajectory> recordings, const TrainingData& training) {
   TrainingData data;
   data.config = training.config;
   data.inputs = training.inputs;
   data.base = training.base;
-  if (data.base)
-    for (const Trajectory& recording : recordings) data.base->check(recording);
+  if (data.base) data.base->prepare(recordings);
   add_stretches(recordings, name_of_all(recordings), data);
   std::vector<std::vector<double>> observations;
   data.windows = cut_windows(data, data.config.steps, observations);

@@ -71,12 +71,12 @@ struct TrainingData {
 /// points, a velocity that never varies, no actuator and no wind that varies, a column missing in one of the files, or
 /// one that the base model needs.
 ///   base  nothing: the networks learn the whole accelerations
-TrainingData prepare_training_data(const std::vector<Trajectory>& recordings, const TrainingConfig& config,
+TrainingData prepare_training_data(std::vector<Trajectory> recordings, const TrainingConfig& config,
                                    std::shared_ptr<const BaseModel> base = nullptr);
 
 /// Other recordings as the members of a training see them: its inputs, its standardization, its base. For evaluation.
 /// Throws InputError where one lacks a column that the training has, or none holds two points of the time grid.
-TrainingData prepare_held_out_data(const std::vector<Trajectory>& recordings, const TrainingData& training);
+TrainingData prepare_held_out_data(std::vector<Trajectory> recordings, const TrainingData& training);
 
 /// Inputs of the initial-state network before standardization: for each of the first `steps` points of the range
 /// x, y [m] and heading [rad] relative to the first point in its ship axes (where recorded), then u, v_m, r.

@@ -11,7 +11,7 @@ namespace leeway::ensemble {
 enum class MemberState {
   waiting,      ///< nothing of it is there
   training,     ///< a process says so: one of this machine that lives, or one elsewhere
-  interrupted,  ///< begun, and no process is at it: --resume goes on
+  interrupted,  ///< begun, and no process is at it: --resume continues
   trained
 };
 

@@ -1,14 +1,83 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <string_view>
 
 #include "core/scalar.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/concepts.hpp"
 #include "forces/motion.hpp"
+#include "forces/particulars.hpp"
 #include "forces/propeller_flow.hpp"
-#include "ship/coefficients.hpp"
+#include "io/json.hpp"
+#include "recording/trajectory.hpp"
 
 namespace leeway {
+
+/// Propeller of the Esso Osaka model, ahead and astern.
+template <typename T>
+struct FourQuadrantPropellerCoefficients {
+  double D_P, pitch_ratio, x_P;   ///< as above
+  std::array<T, 3> K_T;           ///< n >= 0: constant, J, J^2
+  T t_P;                          ///< n >= 0
+  std::array<T, 3> w_P;           ///< constant, |v_P'|, v_P'^2
+  std::array<T, 2> K_T_reversed;  ///< n < 0, J_s above J_s_reversed: constant, J_s
+  T K_T_reversed_low;             ///< n < 0, J_s below
+  double J_s_reversed;
+  std::array<T, 3> Y_backing, N_backing;  ///< n >= 0, u < 0: constant, J_s, J_s^2; by (n P)^2
+  std::array<double, 2> J_s_walk;         ///< n < 0: bounds of the three ranges
+  std::array<T, 2> Y_walk_low, Y_walk_middle, N_walk_low, N_walk_middle;  ///< constant, J_s; by (n D_P)^2
+  T Y_walk_high, N_walk_high;
+
+  template <typename U>
+  FourQuadrantPropellerCoefficients<U> cast() const {
+    return {D_P,
+            pitch_ratio,
+            x_P,
+            cast_all<U>(K_T),
+            U(t_P),
+            cast_all<U>(w_P),
+            cast_all<U>(K_T_reversed),
+            U(K_T_reversed_low),
+            J_s_reversed,
+            cast_all<U>(Y_backing),
+            cast_all<U>(N_backing),
+            J_s_walk,
+            cast_all<U>(Y_walk_low),
+            cast_all<U>(Y_walk_middle),
+            cast_all<U>(N_walk_low),
+            cast_all<U>(N_walk_middle),
+            U(Y_walk_high),
+            U(N_walk_high)};
+  }
+
+  /// The actuators that act on it.
+  static std::array<Channel, 1> channels() { return {Channel::n_p}; }
+  /// Its keys in a ship's JSON, besides type and source.
+  static FourQuadrantPropellerCoefficients read(const io::JsonObject& json) {
+    const FourQuadrantPropellerCoefficients result{json.number("D_P_m", io::kPositive),
+                                                   json.number("pitch_ratio", io::kPositive),
+                                                   json.number("x_P", {-0.6, 0.6}),
+                                                   json.array<3>("K_T"),
+                                                   json.number("t_P", {0.0, 1.0}),
+                                                   json.array<3>("w_P"),
+                                                   json.array<2>("K_T_reversed"),
+                                                   json.number("K_T_reversed_low"),
+                                                   json.number("J_s_reversed", {-10.0, 0.0}),
+                                                   json.array<3>("Y_backing"),
+                                                   json.array<3>("N_backing"),
+                                                   json.array<2>("J_s_walk"),
+                                                   json.array<2>("Y_walk_low"),
+                                                   json.array<2>("Y_walk_middle"),
+                                                   json.array<2>("N_walk_low"),
+                                                   json.array<2>("N_walk_middle"),
+                                                   json.number("Y_walk_high"),
+                                                   json.number("N_walk_high")};
+    if (!(result.J_s_walk[0] < result.J_s_walk[1])) json.fail("J_s_walk", "expected two increasing numbers");
+    return result;
+  }
+};
 
 /// Propeller in all four quadrants of (u, n), with the side force and moment of a reversed propeller or a ship that
 /// goes astern.
@@ -19,7 +88,9 @@ namespace leeway {
 /// (NAOE-5thLab/mmg-1p1r-simulator), which attributes n < 0 to Hachii and the side force to Ueno.
 template <typename T>
 struct FourQuadrantPropeller {
-  static constexpr std::string_view name = "four-quadrant";
+  using Coefficients = FourQuadrantPropellerCoefficients<double>;
+  static constexpr bool drives_ship = true;
+  static constexpr std::string_view group = "propeller", name = "four-quadrant";
   FourQuadrantPropellerCoefficients<T> c;
   Particulars p;
 
@@ -28,6 +99,10 @@ struct FourQuadrantPropeller {
 
   void scale_thrust(const T& k) {
     for (T& coefficient : c.K_T) coefficient *= k;
+    scale_reversed_thrust(k);
+  }
+  /// That of n < 0.
+  void scale_reversed_thrust(const T& k) {
     for (T& coefficient : c.K_T_reversed) coefficient *= k;
     c.K_T_reversed_low *= k;
   }
@@ -35,6 +110,20 @@ struct FourQuadrantPropeller {
   void increase_wake(const T& dw) { c.w_P[0] += dw; }
   /// w_P of straight ahead motion by this factor.
   void scale_wake(const T& k) { c.w_P[0] *= k; }
+  /// All forces by this factor.
+  void scale_force(const T& k) { scale_thrust(k); }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("propeller.K_T", 0.05, [&](const T& k) { scale_thrust(k); });
+    visit("propeller.K_T_J", 0.10, factor_on(c.K_T[1]));
+    visit("propeller.K_T_JJ", 0.10, factor_on(c.K_T[2]));
+    visit("propeller.K_T_reversed", 0.10, [&](const T& k) { scale_reversed_thrust(k); });
+    visit("propeller.1-w_P", 0.05, factor_on_rest(c.w_P[0]));
+    visit("propeller.1-t_P", 0.05, factor_on_rest(c.t_P));
+    visit("propeller.w_P_v", 0.2, factor_on(c.w_P[1]));
+    visit("propeller.w_P_vv", 0.2, factor_on(c.w_P[2]));
+  }
 
   PropellerFlow<T> flow(const Motion<T>& motion, const T& n) const {
     using std::abs;
@@ -82,5 +171,7 @@ struct FourQuadrantPropeller {
     return {Vec3<T>(X, Y, N), n, one_minus_w, u_P, J, n2_K_T};
   }
 };
+
+static_assert(HasThrust<FourQuadrantPropeller<double>> && HasWake<FourQuadrantPropeller<double>>);
 
 }  // namespace leeway

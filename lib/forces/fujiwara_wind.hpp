@@ -6,9 +6,34 @@
 
 #include "core/scalar.hpp"
 #include "core/types.hpp"
-#include "ship/coefficients.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/concepts.hpp"
+#include "forces/particulars.hpp"
+#include "io/json.hpp"
 
 namespace leeway {
+
+/// Geometry above water for Fujiwara et al. (1998).
+struct FujiwaraWindGeometry {
+  double rho_air;         ///< [kg/m^3]
+  double B;               ///< [m]
+  double A_T, A_L, A_OD;  ///< front, side, side of superstructure and deck cargo [m^2]
+  double C, C_BR;         ///< midship to the centroids of A_L and A_OD, + forward [m]
+  double H_BR, H_C;       ///< waterline to top of bridge and to the centroid of A_L [m]
+
+  /// Its keys in a ship's JSON, besides type and source.
+  static FujiwaraWindGeometry read(const io::JsonObject& json) {
+    return {json.number("rho_air_kgpm3", io::kPositive),
+            json.number("B_m", io::kPositive),
+            json.number("A_T_m2", io::kPositive),
+            json.number("A_L_m2", io::kPositive),
+            json.number("A_OD_m2", io::kPositive),
+            json.number("C_m"),
+            json.number("C_BR_m"),
+            json.number("H_BR_m", io::kPositive),
+            json.number("H_C_m", io::kPositive)};
+  }
+};
 
 /// Wind force by regression from the geometry above water; the direction gamma_A is where the wind comes from, 0 from
 /// the bow, positive from starboard.
@@ -17,7 +42,8 @@ namespace leeway {
 /// Source: Fujiwara, Ueno & Nimura (1998), J. SNAJ 183, 77-90; the length is L_pp where the paper has L_OA.
 template <typename T>
 struct FujiwaraWind {
-  static constexpr std::string_view name = "fujiwara-1998";
+  using Coefficients = FujiwaraWindGeometry;
+  static constexpr std::string_view group = "wind", name = "fujiwara-1998";
   FujiwaraWindGeometry g;
   double L;
   T A_front, A_side;                         ///< areas that make the force: A_T and A_L, unless changed [m^2]
@@ -56,6 +82,15 @@ struct FujiwaraWind {
     A_front += front;
     A_side += side;
   }
+  /// All forces by this factor.
+  void scale_force(const T& k) { scale(k, k, k); }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("wind.k_X", 0.2, [&](const T& k) { scale(k, T(1.0), T(1.0)); });
+    visit("wind.k_Y", 0.15, [&](const T& k) { scale(T(1.0), k, T(1.0)); });
+    visit("wind.k_N", 0.3, [&](const T& k) { scale(T(1.0), T(1.0), k); });
+  }
 
   /// (C_X, C_Y, C_N) for the direction given by its cosine and sine.
   Vec3<T> coefficients(const T& cos_gamma, const T& sin_gamma) const {
@@ -77,5 +112,7 @@ struct FujiwaraWind {
     return {q * A_front * k(0), q * A_side * k(1), q * A_side * L * k(2)};
   }
 };
+
+static_assert(HasWindForce<FujiwaraWind<double>>);
 
 }  // namespace leeway

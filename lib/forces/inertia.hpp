@@ -1,9 +1,29 @@
 #pragma once
 
 #include "core/types.hpp"
-#include "ship/coefficients.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/particulars.hpp"
+#include "io/json.hpp"
 
 namespace leeway {
+
+/// Scales: mass 0.5 rho L^2 d, moment of inertia 0.5 rho L^4 d, length L.
+template <typename T>
+struct InertiaCoefficients {
+  T m, x_G, m_x, m_y;
+  T I_zG_plus_J_z;  ///< about the center of gravity: x_G^2 m comes on top at midship
+
+  template <typename U>
+  InertiaCoefficients<U> cast() const {
+    return {U(m), U(x_G), U(m_x), U(m_y), U(I_zG_plus_J_z)};
+  }
+
+  /// Its keys in a ship's JSON, besides source.
+  static InertiaCoefficients read(const io::JsonObject& json) {
+    return {json.number("m", io::kPositive), json.number("x_G", {-0.5, 0.5}), json.number("m_x", io::kNotNegative),
+            json.number("m_y", io::kNotNegative), json.number("I_zG_plus_J_z", io::kPositive)};
+  }
+};
 
 /// Mass properties in SI: m_x, m_y are added mass; I_z is I_zG + J_z about the center of gravity.
 template <typename T>
@@ -17,6 +37,13 @@ struct Inertia {
     m_y = T(mass * c.m_y);
     x_G = T(p.L_pp * c.x_G);
     I_z = T(mass * p.L_pp * p.L_pp * c.I_zG_plus_J_z);
+  }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("inertia.m_x", 0.3, factor_on(m_x));
+    visit("inertia.m_y", 0.15, factor_on(m_y));
+    visit("inertia.I_z", 0.15, factor_on(I_z));
   }
 
   /// (du/dt, dv_m/dt [m/s^2], dr/dt [rad/s^2]) under a force at midship: the MMG equations of motion,

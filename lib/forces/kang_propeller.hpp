@@ -1,14 +1,63 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <string_view>
 
 #include "core/scalar.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/concepts.hpp"
 #include "forces/motion.hpp"
+#include "forces/particulars.hpp"
 #include "forces/propeller_flow.hpp"
-#include "ship/coefficients.hpp"
+#include "io/json.hpp"
+#include "recording/trajectory.hpp"
 
 namespace leeway {
+
+/// Kang et al. (2008), propeller of a single-propeller twin-rudder ship.
+template <typename T>
+struct KangPropellerCoefficients {
+  double D_P;          ///< [m]
+  double pitch_ratio;  ///< P/D
+  double x_P;          ///< by L_pp, + forward
+  double v_P_sign;     ///< v_P' = v' + v_P_sign x_P' r': -1 as coded by the model's authors, +1 at the propeller
+  std::array<T, 3> K_T_ahead, K_T_astern;  ///< constant, J, J^2; for J >= 0 and J < 0
+  std::array<T, 3> a, b, c, d;             ///< wake (a, b) and thrust deduction (c, d)
+
+  template <typename U>
+  KangPropellerCoefficients<U> cast() const {
+    return {D_P,
+            pitch_ratio,
+            x_P,
+            v_P_sign,
+            cast_all<U>(K_T_ahead),
+            cast_all<U>(K_T_astern),
+            cast_all<U>(a),
+            cast_all<U>(b),
+            cast_all<U>(c),
+            cast_all<U>(d)};
+  }
+
+  /// The actuators that act on it.
+  static std::array<Channel, 1> channels() { return {Channel::n_p}; }
+  /// Its keys in a ship's JSON, besides type and source.
+  static KangPropellerCoefficients read(const io::JsonObject& json) {
+    const double D_P = json.number("D_P_m", io::kPositive), pitch = json.number("pitch_ratio", io::kPositive);
+    const double x_P = json.number("x_P", {-0.6, 0.6});
+    const double sign = json.word("v_P", {"v - x_P r", "v + x_P r"}) == "v + x_P r" ? 1.0 : -1.0;
+    return {D_P,
+            pitch,
+            x_P,
+            sign,
+            json.array<3>("K_T_ahead"),
+            json.array<3>("K_T_astern"),
+            json.array<3>("a"),
+            json.array<3>("b"),
+            json.array<3>("c"),
+            json.array<3>("d")};
+  }
+};
 
 /// Propeller in front of twin rudders. Defined for n >= 0; negative revolutions act as n = 0.
 ///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water;  n_P [1/s]
@@ -18,7 +67,9 @@ namespace leeway {
 /// Source: Kang, Nagarajan, Hasegawa & Sano (2008), JMST 13, 207-222.
 template <typename T>
 struct KangPropeller {
-  static constexpr std::string_view name = "kang-2008";
+  using Coefficients = KangPropellerCoefficients<double>;
+  static constexpr bool drives_ship = true;
+  static constexpr std::string_view group = "propeller", name = "kang-2008";
   KangPropellerCoefficients<T> c;
   Particulars p;
 
@@ -35,6 +86,24 @@ struct KangPropeller {
   void increase_wake(const T& dw) { c.a[0] -= dw; }
   /// w_P of straight ahead motion by this factor.
   void scale_wake(const T& k) { c.a = {1.0 - k * (1.0 - c.a[0]), k * c.a[1], k * c.a[2]}; }
+  /// All forces by this factor.
+  void scale_force(const T& k) { scale_thrust(k); }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("propeller.K_T", 0.05, [&](const T& k) { scale_thrust(k); });
+    visit("propeller.K_T_J", 0.10, factor_on(c.K_T_ahead[1]));
+    visit("propeller.K_T_JJ", 0.10, factor_on(c.K_T_ahead[2]));
+    visit("propeller.K_T_astern", 0.10, factor_on(c.K_T_astern));
+    visit("propeller.1-w_P", 0.05, factor_on(c.a));
+    visit("propeller.a_1", 0.10, factor_on(c.a[1]));
+    visit("propeller.a_2", 0.10, factor_on(c.a[2]));
+    visit("propeller.b_0", 0.2, factor_on(c.b[0]));
+    visit("propeller.1-t_P", 0.05, factor_on(c.c));
+    visit("propeller.c_1", 0.10, factor_on(c.c[1]));
+    visit("propeller.c_2", 0.10, factor_on(c.c[2]));
+    visit("propeller.d_0", 0.2, factor_on(c.d[0]));
+  }
 
   PropellerFlow<T> flow(const Motion<T>& motion, const T& n_P) const {
     const T& u = motion.u;
@@ -75,5 +144,7 @@ struct KangPropeller {
     return k[0] * (k[1] * v_P + s * s);
   }
 };
+
+static_assert(HasThrust<KangPropeller<double>> && HasWake<KangPropeller<double>>);
 
 }  // namespace leeway

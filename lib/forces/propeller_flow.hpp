@@ -4,6 +4,12 @@
 
 namespace leeway {
 
+/// Of the propeller in front of a rudder.
+struct PropellerSize {
+  double D_P = 0.0;          ///< [m]
+  double pitch_ratio = 0.0;  ///< 0 where it is not given
+};
+
 /// What a propeller does to the ship and to the rudder behind it.
 template <typename T>
 struct PropellerFlow {

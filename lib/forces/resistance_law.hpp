@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "ship/coefficients.hpp"
+#include "forces/particulars.hpp"
 
 namespace leeway {
 

@@ -1,18 +1,73 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
+#include "forces/actuators.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/concepts.hpp"
 #include "forces/motion.hpp"
 #include "forces/normal_force_shape.hpp"
+#include "forces/particulars.hpp"
 #include "forces/propeller_flow.hpp"
-#include "ship/actuators.hpp"
-#include "ship/coefficients.hpp"
+#include "io/json.hpp"
 
 namespace leeway {
+
+/// One rudder behind one propeller.
+template <typename T>
+struct SingleRudderCoefficients {
+  double A_R;  ///< [m^2]
+  double aspect_ratio;
+  double x_R;  ///< [m], + forward
+  T t_R, a_H, x_H, l_R, epsilon, k_x, gamma_R_negative, gamma_R_positive, f_alpha;
+  T k_reversed, k_hull_wake;  ///< slipstream factor and u^2 term behind a reversed propeller
+
+  template <typename U>
+  SingleRudderCoefficients<U> cast() const {
+    return {A_R,
+            aspect_ratio,
+            x_R,
+            U(t_R),
+            U(a_H),
+            U(x_H),
+            U(l_R),
+            U(epsilon),
+            U(k_x),
+            U(gamma_R_negative),
+            U(gamma_R_positive),
+            U(f_alpha),
+            U(k_reversed),
+            U(k_hull_wake)};
+  }
+
+  /// The actuators that act on it.
+  static std::array<Channel, 1> channels() { return {Channel::delta}; }
+  /// Its keys in a ship's JSON, besides type and source.
+  static SingleRudderCoefficients read(const io::JsonObject& json) {
+    const double A_R = json.number("A_R_m2", io::kPositive), x_R = json.number("x_R_m"),
+                 t_R = json.number("t_R", {-1.0, 1.0});
+    const double aspect_ratio = json.number("aspect_ratio", io::kPositive), k_x = json.number("k_x", io::kPositive);
+    return {A_R,
+            aspect_ratio,
+            x_R,
+            t_R,
+            json.number("a_H"),
+            json.number("x_H"),
+            json.number("l_R"),
+            json.number("epsilon", io::kPositive),
+            k_x,
+            json.number("gamma_R_negative"),
+            json.number("gamma_R_positive"),
+            json.number("f_alpha", io::kPositive),
+            json.number("k_reversed", io::kNotNegative),
+            json.number("k_hull_wake", io::kNotNegative)};
+  }
+};
 
 /// One rudder behind one propeller, with the inflow behind a reversed propeller.
 ///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water
@@ -22,24 +77,43 @@ namespace leeway {
 /// simulator of Osaka University (NAOE-5thLab/mmg-1p1r-simulator), there attributed to Kitagawa.
 template <typename T>
 struct SingleRudder {
-  static constexpr std::string_view name = "single";
+  using Coefficients = SingleRudderCoefficients<double>;
+  static constexpr std::string_view group = "rudder", name = "single";
   SingleRudderCoefficients<T> c;
   Particulars p;
   double D_P;  ///< of the propeller in front [m]
   double eta;  ///< share of the rudder's height in the slipstream
   NormalForceShape<T> shape;
 
-  SingleRudder(const SingleRudderCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m)
+  SingleRudder(const SingleRudderCoefficients<double>& coefficients, const Particulars& particulars,
+               const PropellerSize& propeller)
       : c(coefficients.cast<T>()),
         p(particulars),
-        D_P(D_P_m),
-        eta(std::min(1.0, D_P_m / std::sqrt(c.A_R * c.aspect_ratio))) {}
+        D_P(propeller.D_P),
+        eta(std::min(1.0, propeller.D_P / std::sqrt(c.A_R * c.aspect_ratio))) {}
 
   /// The normal force by a factor; of the two sides' the port one's belongs to the only rudder.
   void scale_normal_force(const T& k, const T&) { c.f_alpha *= k; }
   void scale_flow_straightening(const T& k) {
     c.gamma_R_negative *= k;
     c.gamma_R_positive *= k;
+  }
+  /// All forces by this factor.
+  void scale_force(const T& k) { scale_normal_force(k, k); }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("rudder.1-t_R", 0.05, factor_on_rest(c.t_R));
+    visit("rudder.gain", 0.10, factor_on(c.f_alpha));
+    visit("rudder.a_H", 0.2, factor_on(c.a_H));
+    visit("rudder.x_H", 0.10, factor_on(c.x_H));
+    visit("rudder.l_R", 0.15, factor_on(c.l_R));
+    visit("rudder.epsilon", 0.05, factor_on(c.epsilon));
+    visit("rudder.k_x", 0.10, factor_on(c.k_x));
+    visit("rudder.gamma_R_negative", 0.2, factor_on(c.gamma_R_negative));
+    visit("rudder.gamma_R_positive", 0.2, factor_on(c.gamma_R_positive));
+    visit("rudder.gain_35deg", 0.2, factor_on(shape.k_35));
+    visit("rudder.gain_90deg", 0.2, factor_on(shape.k_90));
   }
 
   Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const ActingActuators<T>& actuators) const {
@@ -79,5 +153,7 @@ struct SingleRudder {
     return q < T(0.0) ? T(-sqrt(-q)) : T(sqrt(q));
   }
 };
+
+static_assert(HasNormalForce<SingleRudder<double>> && HasFlowStraightening<SingleRudder<double>>);
 
 }  // namespace leeway

@@ -1,15 +1,54 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <string_view>
 
 #include "core/scalar.hpp"
 #include "core/types.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/concepts.hpp"
 #include "forces/motion.hpp"
+#include "forces/particulars.hpp"
 #include "forces/resistance_law.hpp"
-#include "ship/coefficients.hpp"
+#include "io/json.hpp"
 
 namespace leeway {
+
+/// Yasukawa & Yoshimura (2015), MMG standard method.
+template <typename T>
+struct StandardHullCoefficients {
+  T R_0, X_vv, X_vr, X_rr, X_vvvv;
+  T Y_v, Y_r, Y_vvv, Y_vvr, Y_vrr, Y_rrr;
+  T N_v, N_r, N_vvv, N_vvr, N_vrr, N_rrr;
+
+  template <typename U>
+  StandardHullCoefficients<U> cast() const {
+    return {U(R_0),   U(X_vv),  U(X_vr), U(X_rr), U(X_vvvv), U(Y_v),   U(Y_r),   U(Y_vvv), U(Y_vvr),
+            U(Y_vrr), U(Y_rrr), U(N_v),  U(N_r),  U(N_vvv),  U(N_vvr), U(N_vrr), U(N_rrr)};
+  }
+
+  /// Its keys in a ship's JSON, besides type and source.
+  static StandardHullCoefficients read(const io::JsonObject& json) {
+    return {json.number("R_0", io::kNotNegative),
+            json.number("X_vv"),
+            json.number("X_vr"),
+            json.number("X_rr"),
+            json.number("X_vvvv"),
+            json.number("Y_v"),
+            json.number("Y_r"),
+            json.number("Y_vvv"),
+            json.number("Y_vvr"),
+            json.number("Y_vrr"),
+            json.number("Y_rrr"),
+            json.number("N_v"),
+            json.number("N_r"),
+            json.number("N_vvv"),
+            json.number("N_vvr"),
+            json.number("N_vrr"),
+            json.number("N_rrr")};
+  }
+};
 
 /// Hull force of the MMG standard method: polynomials in v' and r'. Added mass is in dynamics/, the Munk moment in N_v.
 ///   motion  (u [m/s], v_m [m/s], r [rad/s]) at midship, through the water
@@ -24,7 +63,8 @@ namespace leeway {
 ///   |v'| > 0.5  X keeps its value of |v'| = 0.5 (30 deg): X_vvvv would drive a ship ahead that drifts sideways.
 template <typename T>
 struct StandardHull {
-  static constexpr std::string_view name = "mmg-standard";
+  using Coefficients = StandardHullCoefficients<double>;
+  static constexpr std::string_view group = "hull", name = "mmg-standard";
   static constexpr double kYawRange = 1.0, kDriftRange = 0.5, kAheadRange = 0.8660254037844386;  // r', sin, cos 30 deg
   StandardHullCoefficients<T> c;
   Particulars p;
@@ -36,10 +76,32 @@ struct StandardHull {
   /// The resistance by this factor.
   void scale_resistance(const T& k) { c.R_0 *= k; }
   /// All forces by this factor.
-  void scale(const T& k) {
+  void scale_force(const T& k) {
     for (T* coefficient : {&c.R_0, &c.X_vv, &c.X_vr, &c.X_rr, &c.X_vvvv, &c.Y_v, &c.Y_r, &c.Y_vvv, &c.Y_vvr, &c.Y_vrr,
                            &c.Y_rrr, &c.N_v, &c.N_r, &c.N_vvv, &c.N_vvr, &c.N_vrr, &c.N_rrr})
       *coefficient *= k;
+  }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("hull.resistance", 0.10, [&](const T& k) { scale_resistance(k); });
+    visit("hull.resistance_slow", 0.10, [&](const T& k) { resistance_law.scale_slow(k); });
+    visit("hull.X_vr", 0.3, factor_on(c.X_vr));
+    visit("hull.Y_v", 0.15, factor_on(c.Y_v));
+    visit("hull.Y_r", 0.25, factor_on(c.Y_r));
+    visit("hull.N_v", 0.15, factor_on(c.N_v));
+    visit("hull.N_r", 0.15, factor_on(c.N_r));
+    visit("hull.X_vv", 0.3, factor_on(c.X_vv));
+    visit("hull.X_rr", 0.3, factor_on(c.X_rr));
+    visit("hull.X_vvvv", 0.3, factor_on(c.X_vvvv));
+    visit("hull.Y_vvv", 0.2, factor_on(c.Y_vvv));
+    visit("hull.Y_vvr", 0.2, factor_on(c.Y_vvr));
+    visit("hull.Y_vrr", 0.2, factor_on(c.Y_vrr));
+    visit("hull.Y_rrr", 0.2, factor_on(c.Y_rrr));
+    visit("hull.N_vvv", 0.2, factor_on(c.N_vvv));
+    visit("hull.N_vvr", 0.2, factor_on(c.N_vvr));
+    visit("hull.N_vrr", 0.2, factor_on(c.N_vrr));
+    visit("hull.N_rrr", 0.2, factor_on(c.N_rrr));
   }
 
   Vec3<T> force(const Motion<T>& motion) const {
@@ -68,5 +130,7 @@ struct StandardHull {
     return {q * X, q * Y, q * p.L_pp * N};
   }
 };
+
+static_assert(HasResistance<StandardHull<double>> && HasLinearDerivatives<StandardHull<double>>);
 
 }  // namespace leeway

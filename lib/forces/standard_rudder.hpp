@@ -1,18 +1,70 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
+#include "forces/actuators.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/concepts.hpp"
 #include "forces/motion.hpp"
 #include "forces/normal_force_shape.hpp"
+#include "forces/particulars.hpp"
 #include "forces/propeller_flow.hpp"
-#include "ship/actuators.hpp"
-#include "ship/coefficients.hpp"
+#include "io/json.hpp"
 
 namespace leeway {
+
+/// Rudder of the MMG standard method.
+template <typename T>
+struct StandardRudderCoefficients {
+  double A_R;  ///< [m^2]
+  double H_R;  ///< height [m]
+  double x_R;  ///< [m], + forward
+  T t_R, a_H, x_H, l_R, epsilon, kappa, gamma_R_negative, gamma_R_positive, f_alpha;
+  T k_reversed;  ///< share of a race that goes forward, felt on the propeller's suction side
+
+  template <typename U>
+  StandardRudderCoefficients<U> cast() const {
+    return {A_R,
+            H_R,
+            x_R,
+            U(t_R),
+            U(a_H),
+            U(x_H),
+            U(l_R),
+            U(epsilon),
+            U(kappa),
+            U(gamma_R_negative),
+            U(gamma_R_positive),
+            U(f_alpha),
+            U(k_reversed)};
+  }
+
+  /// The actuators that act on it.
+  static std::array<Channel, 1> channels() { return {Channel::delta}; }
+  /// Its keys in a ship's JSON, besides type and source.
+  static StandardRudderCoefficients read(const io::JsonObject& json) {
+    const double A_R = json.number("A_R_m2", io::kPositive), x_R = json.number("x_R_m"),
+                 t_R = json.number("t_R", {-1.0, 1.0});
+    return {A_R,
+            json.number("H_R_m", io::kPositive),
+            x_R,
+            t_R,
+            json.number("a_H"),
+            json.number("x_H"),
+            json.number("l_R"),
+            json.number("epsilon", io::kPositive),
+            json.number("kappa", io::kNotNegative),
+            json.number("gamma_R_negative"),
+            json.number("gamma_R_positive"),
+            json.number("f_alpha", io::kPositive),
+            json.number("k_reversed", io::kNotNegative)};
+  }
+};
 
 /// Rudder of the MMG standard method, behind one propeller.
 ///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water
@@ -27,21 +79,40 @@ namespace leeway {
 /// For u > 0 and K_T > 0 these are the printed equations.
 template <typename T>
 struct StandardRudder {
-  static constexpr std::string_view name = "mmg-standard";
+  using Coefficients = StandardRudderCoefficients<double>;
+  static constexpr std::string_view group = "rudder", name = "mmg-standard";
   StandardRudderCoefficients<T> c;
   Particulars p;
   double D_P;  ///< of the propeller in front [m]
   double eta;  ///< share of the rudder's height in the slipstream
   NormalForceShape<T> shape;
 
-  StandardRudder(const StandardRudderCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m)
-      : c(coefficients.cast<T>()), p(particulars), D_P(D_P_m), eta(std::min(1.0, D_P_m / c.H_R)) {}
+  StandardRudder(const StandardRudderCoefficients<double>& coefficients, const Particulars& particulars,
+                 const PropellerSize& propeller)
+      : c(coefficients.cast<T>()), p(particulars), D_P(propeller.D_P), eta(std::min(1.0, propeller.D_P / c.H_R)) {}
 
   /// The normal force by a factor; of the two sides' the port one's belongs to the only rudder.
   void scale_normal_force(const T& k, const T&) { c.f_alpha *= k; }
   void scale_flow_straightening(const T& k) {
     c.gamma_R_negative *= k;
     c.gamma_R_positive *= k;
+  }
+  /// All forces by this factor.
+  void scale_force(const T& k) { scale_normal_force(k, k); }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("rudder.1-t_R", 0.05, factor_on_rest(c.t_R));
+    visit("rudder.gain", 0.10, factor_on(c.f_alpha));
+    visit("rudder.a_H", 0.2, factor_on(c.a_H));
+    visit("rudder.x_H", 0.10, factor_on(c.x_H));
+    visit("rudder.l_R", 0.15, factor_on(c.l_R));
+    visit("rudder.epsilon", 0.05, factor_on(c.epsilon));
+    visit("rudder.kappa", 0.10, factor_on(c.kappa));
+    visit("rudder.gamma_R_negative", 0.2, factor_on(c.gamma_R_negative));
+    visit("rudder.gamma_R_positive", 0.2, factor_on(c.gamma_R_positive));
+    visit("rudder.gain_35deg", 0.2, factor_on(shape.k_35));
+    visit("rudder.gain_90deg", 0.2, factor_on(shape.k_90));
   }
 
   Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const ActingActuators<T>& actuators) const {
@@ -81,5 +152,7 @@ struct StandardRudder {
     return eta * squared(b + felt(race) - felt(flow.u_P)) + (1.0 - eta) * squared(b);
   }
 };
+
+static_assert(HasNormalForce<StandardRudder<double>> && HasFlowStraightening<StandardRudder<double>>);
 
 }  // namespace leeway

@@ -1,14 +1,18 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <string_view>
 
 #include "core/scalar.hpp"
 #include "core/types.hpp"
 #include "core/units.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/concepts.hpp"
 #include "forces/motion.hpp"
+#include "forces/particulars.hpp"
 #include "forces/resistance_law.hpp"
-#include "ship/coefficients.hpp"
+#include "io/json.hpp"
 
 namespace leeway {
 
@@ -31,13 +35,31 @@ Vec2<T> cross_flow_integrals(const T& v, const T& b) {
   return {v * abs_b + q * v * v / 3.0, b < T(0.0) ? T(-moment) : moment};
 }
 
+/// Yoshimura, Nakao & Ishibashi (2009).
+template <typename T>
+struct UnifiedHullCoefficients {
+  T X_0F, X_0A, X_vr, Y_v, Y_r, N_v, N_r, C_D, C_rY, C_rN;
+
+  template <typename U>
+  UnifiedHullCoefficients<U> cast() const {
+    return {U(X_0F), U(X_0A), U(X_vr), U(Y_v), U(Y_r), U(N_v), U(N_r), U(C_D), U(C_rY), U(C_rN)};
+  }
+
+  /// Its keys in a ship's JSON, besides type and source.
+  static UnifiedHullCoefficients read(const io::JsonObject& json) {
+    return {json.number("X_0F"), json.number("X_0A"), json.number("X_vr"), json.number("Y_v"),  json.number("Y_r"),
+            json.number("N_v"),  json.number("N_r"),  json.number("C_D"),  json.number("C_rY"), json.number("C_rN")};
+  }
+};
+
 /// Hull force for any drift angle; added mass is in dynamics/, the Munk moment is in N_v.
 ///   motion  (u [m/s], v_m [m/s], r [rad/s]) at midship, through the water
 ///   returns (X_H [N], Y_H [N], N_H [N m]) at midship
 /// Source: Yoshimura, Nakao & Ishibashi (2009), Unified Mathematical Model for Ocean and Harbour Manoeuvring, MARSIM.
 template <typename T>
 struct UnifiedHull {
-  static constexpr std::string_view name = "unified-2009";
+  using Coefficients = UnifiedHullCoefficients<double>;
+  static constexpr std::string_view group = "hull", name = "unified-2009";
   UnifiedHullCoefficients<T> c;
   Particulars p;
   ResistanceLaw<T> resistance_law;
@@ -51,9 +73,24 @@ struct UnifiedHull {
     c.X_0A *= k;
   }
   /// All forces by this factor.
-  void scale(const T& k) {
+  void scale_force(const T& k) {
     scale_resistance(k);
     for (T* coefficient : {&c.X_vr, &c.Y_v, &c.Y_r, &c.N_v, &c.N_r, &c.C_D}) *coefficient *= k;
+  }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("hull.resistance", 0.10, [&](const T& k) { scale_resistance(k); });
+    visit("hull.resistance_slow", 0.10, [&](const T& k) { resistance_law.scale_slow(k); });
+    visit("hull.X_vr", 0.3, factor_on(c.X_vr));
+    visit("hull.Y_v", 0.15, factor_on(c.Y_v));
+    visit("hull.Y_r", 0.25, factor_on(c.Y_r));
+    visit("hull.N_v", 0.15, factor_on(c.N_v));
+    visit("hull.N_r", 0.15, factor_on(c.N_r));
+    visit("hull.C_D", 0.2, factor_on(c.C_D));
+    visit("hull.C_rY", 0.2, factor_on(c.C_rY));
+    visit("hull.C_rN", 0.2, factor_on(c.C_rN));
+    visit("hull.X_0A", 0.10, factor_on(c.X_0A));
   }
 
   Vec3<T> force(const Motion<T>& motion) const {
@@ -71,5 +108,8 @@ struct UnifiedHull {
     return {q * X, q * Y, q * p.L_pp * N};
   }
 };
+
+static_assert(HasResistance<UnifiedHull<double>> && HasLinearDerivatives<UnifiedHull<double>> &&
+              HasCrossFlowDrag<UnifiedHull<double>>);
 
 }  // namespace leeway

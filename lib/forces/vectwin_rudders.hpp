@@ -1,19 +1,47 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string_view>
 
 #include "core/scalar.hpp"
 #include "core/units.hpp"
+#include "forces/actuators.hpp"
+#include "forces/coefficient_list.hpp"
+#include "forces/concepts.hpp"
 #include "forces/motion.hpp"
 #include "forces/normal_force_shape.hpp"
+#include "forces/particulars.hpp"
 #include "forces/propeller_flow.hpp"
-#include "ship/actuators.hpp"
-#include "ship/coefficients.hpp"
+#include "io/json.hpp"
 
 namespace leeway {
+
+/// VecTwin rudders after Kang et al. (2008); the regression's polynomials stand in forces/vectwin_rudders.hpp.
+template <typename T>
+struct VectwinRuddersCoefficients {
+  double A_R;  ///< of each rudder [m^2]
+  double aspect_ratio;
+  double x_R;  ///< [m], + forward
+  T t_R, k_x;
+
+  template <typename U>
+  VectwinRuddersCoefficients<U> cast() const {
+    return {A_R, aspect_ratio, x_R, U(t_R), U(k_x)};
+  }
+
+  /// The actuators that act on it.
+  static std::array<Channel, 2> channels() { return {Channel::delta_p, Channel::delta_s}; }
+  /// Its keys in a ship's JSON, besides type and source.
+  static VectwinRuddersCoefficients read(const io::JsonObject& json) {
+    const double A_R = json.number("A_R_m2", io::kPositive), x_R = json.number("x_R_m"),
+                 t_R = json.number("t_R", {-1.0, 1.0});
+    const double aspect_ratio = json.number("aspect_ratio", io::kPositive);
+    return {A_R, aspect_ratio, x_R, t_R, json.number("k_x", io::kPositive)};
+  }
+};
 
 /// A pair of high-lift rudders behind one propeller. s: starboard, p: port; delta > 0 turns the bow to starboard.
 ///   motion   (u, v_m [m/s], r [rad/s]) at midship, through the water
@@ -25,7 +53,8 @@ namespace leeway {
 /// normal forces measured by Kang et al. within 0.01 kgf.
 template <typename T>
 struct VectwinRudders {
-  static constexpr std::string_view name = "vectwin-kang-2008";
+  using Coefficients = VectwinRuddersCoefficients<double>;
+  static constexpr std::string_view group = "rudder", name = "vectwin-kang-2008";
   VectwinRuddersCoefficients<T> c;
   Particulars p;
   double D_P;  ///< of the propeller in front [m]
@@ -37,19 +66,36 @@ struct VectwinRudders {
   std::optional<T> k_interaction;  ///< further loss at |sin(delta_s - delta_p)| = 1: effects/vectwin_interaction.hpp
   NormalForceShape<T> shape;
 
-  VectwinRudders(const VectwinRuddersCoefficients<double>& coefficients, const Particulars& particulars, double D_P_m,
-                 double pitch_m)
+  VectwinRudders(const VectwinRuddersCoefficients<double>& coefficients, const Particulars& particulars,
+                 const PropellerSize& propeller)
       : c(coefficients.cast<T>()),
         p(particulars),
-        D_P(D_P_m),
-        D_P_by_pitch(D_P_m / pitch_m),
-        eta(std::min(1.0, D_P_m / std::sqrt(c.A_R * c.aspect_ratio))) {}
+        D_P(propeller.D_P),
+        D_P_by_pitch(propeller.D_P / (propeller.D_P * propeller.pitch_ratio)),
+        eta(std::min(1.0, propeller.D_P / std::sqrt(c.A_R * c.aspect_ratio))) {}
 
   void scale_normal_force(const T& port, const T& starboard) {
     k_port *= port;
     k_starboard *= starboard;
   }
   void scale_flow_straightening(const T& k) { k_gamma *= k; }
+  /// All forces by this factor.
+  void scale_force(const T& k) { scale_normal_force(k, k); }
+  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("rudder.1-t_R", 0.05, factor_on_rest(c.t_R));
+    visit("rudder.gain_port", 0.10, factor_on(k_port));
+    visit("rudder.gain_starboard", 0.10, factor_on(k_starboard));
+    visit("rudder.k_x", 0.10, factor_on(c.k_x));
+    visit("rudder.gamma_R", 0.2, factor_on(k_gamma));
+    visit("rudder.interference", 0.2, factor_on(k_interference));
+    visit("rudder.a_H", 0.2, factor_on(k_a_H));
+    visit("rudder.x_H", 0.10, factor_on(k_x_H));
+    visit("rudder.l_R", 0.15, factor_on(k_l_R));
+    visit("rudder.gain_35deg", 0.2, factor_on(shape.k_35));
+    visit("rudder.gain_90deg", 0.2, factor_on(shape.k_90));
+  }
 
   /// Normal forces [N] of the two rudders.
   struct NormalForces {
@@ -175,5 +221,8 @@ struct VectwinRudders {
     return 0.5 * p.rho * c.A_R * C_N_U_R2 * shape.factor(along, across, U_R);
   }
 };
+
+static_assert(HasNormalForce<VectwinRudders<double>> && HasFlowStraightening<VectwinRudders<double>> &&
+              HasTwinRudders<VectwinRudders<double>>);
 
 }  // namespace leeway

@@ -6,25 +6,26 @@
 #include <cmath>
 #include <cstring>
 #include <fcntl.h>
+#include <iterator>
 #include <unistd.h>
+#include <unordered_set>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "core/errors.hpp"
 
 namespace leeway::io {
 namespace {
 
-constexpr std::size_t kChunk = 1 << 20;
+constexpr std::size_t kFirstChunk = 1 << 15, kLargestChunk = 1 << 20;
+
+}  // namespace
 
 std::string_view trim(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
   while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
   return text;
 }
-
-}  // namespace
 
 bool parse_number(std::string_view field, double& value) {
   field = trim(field);
@@ -50,22 +51,37 @@ CsvReader::CsvReader(const std::string& path) : file_(path) {
           break;
         }
       }
+      refuse_lone_carriage_returns({buffer_.data() + begin_, newline - begin_}, lines_read_ + 1);
       begin_ = newline + 1;
       ++lines_read_;
     }
-    std::vector<std::string_view> fields;
-    if (!next_record(fields)) throw InputError(file_, 1, "", "the file is empty; expected a header row");
-    for (const std::string_view field : fields) {
-      const std::string name{trim(field)};
-      if (name.empty()) throw InputError(file_, line_, "", fmt::format("column {} has no name", header_.size() + 1));
-      if (std::find(header_.begin(), header_.end(), name) != header_.end())
-        throw InputError(file_, line_, fmt::format("column '{}'", name), "stands twice");
-      header_.push_back(name);
-    }
+    read_header();
   } catch (...) {
     if (fd_ != STDIN_FILENO) ::close(fd_);
     throw;
   }
+}
+
+void CsvReader::read_header() {
+  std::vector<std::string_view> fields;
+  if (!next_record(fields)) throw InputError(file_, 1, "", "the file is empty; expected a header row");
+  std::unordered_set<std::string> taken;
+  for (const std::string_view field : fields) {
+    const std::string name{trim(field)};
+    refuse_lone_carriage_returns(name, line_);
+    if (name.empty()) throw InputError(file_, line_, "", fmt::format("column {} has no name", header_.size() + 1));
+    if (!taken.insert(name).second) throw InputError(file_, line_, fmt::format("column '{}'", name), "stands twice");
+    header_.push_back(name);
+  }
+}
+
+// A file whose lines all end with CR alone is one long line to us.
+void CsvReader::refuse_lone_carriage_returns(std::string_view text, std::size_t line) const {
+  for (std::size_t at = 0; (at = text.find('\r', at)) != std::string_view::npos; ++at)
+    if (at + 1 < text.size() && text[at + 1] != '\n')
+      throw InputError(
+          file_, line, "",
+          "a carriage return within a line: lines that end with CR alone are not read; expected LF or CRLF");
 }
 
 CsvReader::~CsvReader() {
@@ -75,7 +91,7 @@ CsvReader::~CsvReader() {
 std::size_t CsvReader::column(std::string_view name) const {
   const auto found = std::find(header_.begin(), header_.end(), name);
   if (found == header_.end())
-    throw InputError(file_, 1, "", fmt::format("no column '{}'; found {}", name, fmt::join(header_, ", ")));
+    throw InputError(file_, 1, "", fmt::format("no column '{}'; found {}", name, listed(header_)));
   return static_cast<std::size_t>(found - header_.begin());
 }
 
@@ -87,7 +103,8 @@ bool CsvReader::fill() {
     end_ -= begin_;
     begin_ = 0;
   }
-  if (buffer_.size() < end_ + kChunk) buffer_.resize(end_ + kChunk);
+  const std::size_t chunk = std::clamp(buffer_.size(), kFirstChunk, kLargestChunk);  // most files are short
+  if (buffer_.size() < end_ + chunk / 2) buffer_.resize(end_ + chunk);
   for (;;) {
     const ssize_t got = ::read(fd_, buffer_.data() + end_, buffer_.size() - end_);
     if (got < 0 && errno == EINTR) continue;
@@ -128,12 +145,15 @@ bool CsvReader::next_record(std::vector<std::string_view>& fields) {
       const auto quotes = static_cast<std::size_t>(std::count(fresh.begin(), fresh.end(), '"'));
       quoted = quoted || quotes > 0;
       quotes_seen += quotes;
-      counted = length;
       if (newline == nullptr || quotes_seen % 2 == 0) {
         complete = true;
       } else {
-        search = begin_ + length + 1;  // the line end belongs to a quoted field
+        // The line end belongs to a quoted field, unless the quotation mark is wrong: then no more is read for it.
+        line_ = lines_read_ + 1;
+        if (counted == 0) split_quoted({buffer_.data() + begin_, length}, fields);
+        search = begin_ + length + 1;
       }
+      counted = length;
     }
     std::string_view record(buffer_.data() + begin_, length);
     begin_ = std::min(begin_ + length + 1, end_);
@@ -141,42 +161,81 @@ bool CsvReader::next_record(std::vector<std::string_view>& fields) {
     lines_read_ += 1 + (quoted ? static_cast<std::size_t>(std::count(record.begin(), record.end(), '\n')) : 0);
     if (!record.empty() && record.back() == '\r') record.remove_suffix(1);
     if (record.empty()) continue;
-    if (quotes_seen % 2 == 1) throw InputError(file_, line_, "", "a quotation mark is not closed");
-
+    if (quoted) {  // rare
+      if (split_quoted(record, fields)) return true;
+      throw InputError(file_, line_, "", "a quotation mark is not closed");
+    }
     fields.clear();
-    if (!quoted) {
-      for (;;) {
-        const void* comma = std::memchr(record.data(), ',', record.size());
-        if (comma == nullptr) break;
-        const auto width = static_cast<std::size_t>(static_cast<const char*>(comma) - record.data());
-        fields.push_back(record.substr(0, width));
-        record.remove_prefix(width + 1);
-      }
-      fields.push_back(record);
-      return true;
+    for (;;) {
+      const void* comma = std::memchr(record.data(), ',', record.size());
+      if (comma == nullptr) break;
+      const auto width = static_cast<std::size_t>(static_cast<const char*>(comma) - record.data());
+      fields.push_back(record.substr(0, width));
+      record.remove_prefix(width + 1);
     }
-    // Quoted fields are rare: their text is copied without the quotes.
-    unquoted_.clear();
-    unquoted_.reserve(record.size());
-    std::size_t start = 0;
-    bool inside = false;
-    for (std::size_t i = 0; i < record.size(); ++i) {
-      const char c = record[i];
-      if (c == '"' && inside && i + 1 < record.size() && record[i + 1] == '"') {
-        unquoted_ += '"';
-        ++i;
-      } else if (c == '"') {
-        inside = !inside;
-      } else if (c == ',' && !inside) {
-        fields.emplace_back(unquoted_.data() + start, unquoted_.size() - start);
-        start = unquoted_.size();
-      } else {
-        unquoted_ += c;
-      }
-    }
-    fields.emplace_back(unquoted_.data() + start, unquoted_.size() - start);
+    fields.push_back(record);
     return true;
   }
+}
+
+// The fields of a record with quotation marks: their text is copied without these. False where the last one is open.
+bool CsvReader::split_quoted(std::string_view record, std::vector<std::string_view>& fields) {
+  enum class In { bare, quotes, after_quotes };
+  fields.clear();
+  unquoted_.clear();
+  unquoted_.reserve(record.size());
+  std::size_t start = 0;
+  In in = In::bare;
+  const auto refuse = [&](const char* problem) {
+    const std::size_t n = fields.size();
+    throw InputError(file_, line_,
+                     n < header_.size() ? fmt::format("column '{}'", header_[n]) : fmt::format("field {}", n + 1),
+                     problem);
+  };
+  const auto end_field = [&] {
+    fields.emplace_back(unquoted_.data() + start, unquoted_.size() - start);
+    start = unquoted_.size();
+    in = In::bare;
+  };
+  for (std::size_t i = 0; i < record.size(); ++i) {
+    const char c = record[i];
+    if (in == In::quotes) {
+      if (c != '"') {
+        unquoted_ += c;
+      } else if (i + 1 < record.size() && record[i + 1] == '"') {
+        unquoted_ += record[++i];
+      } else {
+        in = In::after_quotes;
+      }
+    } else if (c == ',') {
+      end_field();
+    } else if (c == '"') {
+      if (in == In::after_quotes || !trim({unquoted_.data() + start, unquoted_.size() - start}).empty())
+        refuse("a quotation mark within a field; one that holds any stands in quotation marks, and doubles them");
+      unquoted_.resize(start);  // blanks before
+      in = In::quotes;
+    } else if (in == In::bare) {
+      unquoted_ += c;
+    } else if (c != ' ' && c != '\t') {
+      refuse("text behind the closing quotation mark; expected a comma or the end of the line");
+    }
+  }
+  const bool is_closed = in != In::quotes;
+  end_field();
+  return is_closed;
+}
+
+std::string listed(std::span<const std::string> names) {
+  constexpr std::size_t kMost = 30, kLongest = 60;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i)
+    text += (i > 0 ? ", " : "") + (names[i].size() > kLongest ? names[i].substr(0, kLongest) + "..." : names[i]);
+  if (names.size() > kMost) text += fmt::format(" and {} more", names.size() - kMost);
+  return text;
+}
+
+void append_number(std::string& text, double value) {
+  if (std::isfinite(value)) fmt::format_to(std::back_inserter(text), "{}", value);
 }
 
 std::string csv_field(std::string_view text) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,11 +9,12 @@ namespace leeway::io {
 
 /// Reads CSV (RFC 4180, LF or CRLF, with or without a byte-order mark) row by row with a buffer of fixed size, so that
 /// a stream of any length needs no more memory than its longest row. Lines beginning with '#' before the header and
-/// empty lines are passed over.
+/// empty lines are passed over. A field that begins with a quotation mark, blanks aside, ends with one; others hold
+/// none.
 class CsvReader {
  public:
   /// Opens a file ("-": standard input) and reads the header. Throws IoError, or InputError for an empty file, an
-  /// empty or a repeated column name.
+  /// empty or a repeated column name, lines that end with CR alone.
   explicit CsvReader(const std::string& path);
   ~CsvReader();
   CsvReader(const CsvReader&) = delete;
@@ -35,7 +37,10 @@ class CsvReader {
   std::size_t count(std::string_view field, std::string_view column) const;
 
  private:
+  void read_header();
+  void refuse_lone_carriage_returns(std::string_view text, std::size_t line) const;
   bool next_record(std::vector<std::string_view>& fields);
+  bool split_quoted(std::string_view record, std::vector<std::string_view>& fields);
   bool fill();
 
   std::string file_;
@@ -50,6 +55,16 @@ class CsvReader {
 
 /// A text as it stands in a row: in quotation marks where it holds a comma, a quotation mark or a line end.
 std::string csv_field(std::string_view text);
+
+/// "a, b, c and 59997 more": names in a message, as many and as much of them as somebody reads.
+std::string listed(std::span<const std::string> names);
+
+/// Appends a number as it stands in a row: the fewest digits that read back to the same bits; nothing for one that is
+/// not finite, since a field that is empty is missing and no reader takes `inf` or `nan`.
+void append_number(std::string& text, double value);
+
+/// Without the blanks around it.
+std::string_view trim(std::string_view text);
 
 /// A finite number that fills the whole field (surrounding blanks allowed), the same in every locale.
 bool parse_number(std::string_view field, double& value);

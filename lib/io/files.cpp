@@ -1,12 +1,17 @@
 #include "io/files.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <random>
+#include <set>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -19,11 +24,7 @@ namespace leeway::io {
 namespace fs = std::filesystem;
 namespace {
 
-std::string configs_folder() {
-  std::error_code error;
-  const fs::path executable = fs::read_symlink("/proc/self/exe", error);
-  return (executable.parent_path().parent_path() / "share/leeway/configs").string();
-}
+std::string configs_folder() { return installed_file("share/leeway/configs"); }
 
 struct Descriptor {
   int fd;
@@ -37,7 +38,7 @@ template <typename Take>
 void read_chunks(const std::string& path, const Take& take) {
   const Descriptor file{path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
   if (file.fd < 0) throw IoError(path, fmt::format("cannot be opened: {}", std::strerror(errno)));
-  std::vector<char> buffer(1 << 18);
+  std::array<char, 1 << 16> buffer;  // filled by what is read alone
   for (;;) {
     const ssize_t got = ::read(file.fd, buffer.data(), buffer.size());
     if (got < 0 && errno == EINTR) continue;
@@ -69,6 +70,29 @@ class Sha256 {
   std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
 };
 
+// Tells temporary files of this machine from those of others that share a folder.
+const std::string& this_machine() {
+  static const std::string hash = [] {
+    std::array<char, 256> name{};
+    ::gethostname(name.data(), name.size() - 1);
+    return sha256(name.data()).substr(0, 8);
+  }();
+  return hash;
+}
+
+// The machine in the name of a temporary file, "<output>.<8 digits>-<8 digits>.tmp"; empty for other names.
+std::string machine_of(const std::string& name) {
+  constexpr std::size_t kDigits = 8, kLength = 2 * kDigits + 6;
+  if (name.size() <= kLength || !name.ends_with(".tmp")) return "";
+  const std::string tail = name.substr(name.size() - kLength);
+  const auto is_hex = [](const std::string& text) {
+    return text.find_first_not_of("0123456789abcdef") == std::string::npos;
+  };
+  const std::string machine = tail.substr(1, kDigits);
+  const bool matches = tail[0] == '.' && tail[kDigits + 1] == '-' && is_hex(machine);
+  return matches && is_hex(tail.substr(kDigits + 2, kDigits)) ? machine : "";
+}
+
 }  // namespace
 
 std::string read_text(const std::string& path) {
@@ -89,7 +113,55 @@ std::string sha256_of_file(const std::string& path) {
   return hash.hex();
 }
 
+std::string installed_file(const std::string& name) {
+  std::error_code error;
+  const fs::path executable = fs::read_symlink("/proc/self/exe", error);
+  return (executable.parent_path().parent_path() / name).string();
+}
+
 std::string stem(const std::string& path) { return path == "-" ? "stdin" : fs::path(path).stem().string(); }
+
+std::string link_target(const std::string& path) {
+  std::error_code error;
+  std::string target = path;
+  for (int links = 0; links < 40 && fs::is_symlink(target, error); ++links) {
+    const fs::path next = fs::read_symlink(target, error);
+    target = (fs::path(target).parent_path() / next).string();
+  }
+  return target;
+}
+
+void remove_leftovers(const std::string& folder) {
+  static std::mutex mutex;
+  static std::set<std::string> done;
+  const std::lock_guard lock(mutex);
+  if (!done.insert(folder).second) return;
+  std::error_code error;
+  std::vector<fs::path> leftovers;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error)) {
+    const std::string machine = machine_of(entry.path().filename().string());
+    if (machine.empty() || !entry.is_regular_file(error)) continue;
+    const auto age = fs::file_time_type::clock::now() - entry.last_write_time(error);
+    if (machine == this_machine() || age > std::chrono::hours(24)) leftovers.push_back(entry.path());
+  }
+  for (const fs::path& path : leftovers) {
+    const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+    if (fd < 0) continue;
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) fs::remove(path, error);
+    ::close(fd);
+  }
+}
+
+void remove_output(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  const bool is_there = fs::exists(status);
+  if (path == "-" || (is_there && !fs::is_regular_file(status) && !fs::is_directory(status))) return;
+  { const OutputFile attempt(path); }
+  if (!is_there) return;
+  fs::remove(link_target(path), error);
+  if (error) throw IoError(path, fmt::format("cannot be removed: {}", error.message()));
+}
 
 void require_can_make(const std::string& path) {
   std::error_code error;
@@ -127,6 +199,7 @@ std::string find_config(const std::string& folder, const std::string& name_or_pa
 }
 
 OutputFile::OutputFile(const std::string& path) : path_(path) {
+  if (path.empty()) throw IoError("''", "is no name of an output");
   if (path == "-") {
     file_ = stdout;
     return;
@@ -139,26 +212,40 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     if (file_ == nullptr) fail(errno);
     return;
   }
-  // A link keeps pointing to its target: the temporary file lies beside the target, even if that is yet to be made.
-  target_ = path;
-  for (int links = 0; links < 40 && fs::is_symlink(target_, error); ++links) {
-    const fs::path next = fs::read_symlink(target_, error);
-    target_ = (fs::path(target_).parent_path() / next).string();
-  }
+  target_ = link_target(path);  // the temporary file lies beside it
   if (fs::exists(status) && ::access(target_.c_str(), W_OK) != 0) fail(errno);
-  // Processes of other machines may write the same file of a shared folder under the same process number.
-  temporary_ = fmt::format("{}.{}-{:08x}.tmp", target_, ::getpid(), std::random_device{}());
-  file_ = std::fopen(temporary_.c_str(), "wbx");
-  if (file_ == nullptr) {
-    temporary_.clear();
-    fail(errno);
-  }
+  remove_leftovers(fs::path(target_).parent_path().string());
+  open_temporary();
   if (fs::exists(status)) ::fchmod(::fileno(file_), static_cast<mode_t>(status.permissions()));
+}
+
+void OutputFile::open_temporary() {
+  for (;;) {
+    temporary_ = fmt::format("{}.{}-{:08x}.tmp", target_, this_machine(), std::random_device{}());
+    const int fd = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd < 0) {
+      const int error_number = errno;
+      temporary_.clear();
+      fail(error_number);
+    }
+    // For remove_leftovers(), which holds it no longer than it takes to remove a file; some file systems have no locks.
+    while (::flock(fd, LOCK_EX) != 0 && errno == EINTR) continue;
+    struct stat status {};
+    if (::fstat(fd, &status) == 0 && status.st_nlink == 0) {  // it came between, and took the file for a leftover
+      ::close(fd);
+      continue;
+    }
+    lock_ = ::dup(fd);
+    file_ = ::fdopen(fd, "wb");
+    if (file_ == nullptr) fail(errno);
+    return;
+  }
 }
 
 OutputFile::~OutputFile() {
   if (file_ != nullptr && file_ != stdout) std::fclose(file_);
   if (!temporary_.empty()) std::remove(temporary_.c_str());
+  if (lock_ >= 0) ::close(lock_);
 }
 
 void OutputFile::fail(int error_number) {

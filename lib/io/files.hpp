@@ -20,10 +20,16 @@ std::string sha256_of_file(const std::string& path);
 /// File name without folder and extension; "stdin" for "-".
 std::string stem(const std::string& path);
 
+/// Where symbolic links lead, also to a file that is yet to be made: a link keeps pointing to its target.
+std::string link_target(const std::string& path);
+
 /// Creates a folder and those above it. Throws IoError.
 void make_directories(const std::string& path);
 /// Throws IoError where make_directories() would, without creating anything: for before long work.
 void require_can_make(const std::string& path);
+
+/// A file that came with the executable, such as "lib/leeway/NAME" or "share/leeway/NAME".
+std::string installed_file(const std::string& name);
 
 /// Finds a shipped configuration: `name_or_path` as it is if such a file exists or if it looks like a path (has a '/'
 /// or ends with ".json"), else <configs>/<folder>/<name>.json in the configurations that came with the executable.
@@ -50,11 +56,22 @@ class OutputFile {
   void commit(const std::function<void()>& before_rename);
 
  private:
+  void open_temporary();
   [[noreturn]] void fail(int error_number);
 
   std::string path_, target_, temporary_;
   std::FILE* file_ = nullptr;
+  int lock_ = -1;  ///< keeps the temporary file locked until it has its name
 };
+
+/// Removes temporary files that killed processes left in a folder. Those of living ones are locked and stay, and so
+/// does what another machine wrote within a day, whose locks may not be seen. Does so once in a process for each
+/// folder.
+void remove_leftovers(const std::string& folder);
+
+/// Removes an output of an earlier run, before others that belong to it are written; not what is no regular file.
+/// Throws IoError where it could not be written either, so that the others are not.
+void remove_output(const std::string& path);
 
 /// OutputFile, written and committed at once.
 void write_text(const std::string& path, std::string_view text);

@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "io/csv.hpp"
 #include "io/files.hpp"
+#include "io/json_check.hpp"
 
 namespace leeway::io {
 namespace {
@@ -30,46 +35,21 @@ bool within(double x, Bounds bounds) {
   return std::isfinite(x) && x >= bounds.low && x <= bounds.high && !(bounds.open_low && x == bounds.low);
 }
 
-// Line and column, as an editor counts them, of the byte before `offset`.
-std::pair<std::size_t, std::size_t> line_and_column(const std::string& text, std::size_t offset) {
-  const std::size_t end = std::min(offset > 0 ? offset - 1 : 0, text.size());
-  const std::size_t line = 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + end, '\n'));
-  const std::size_t start = end == 0 ? std::string::npos : text.rfind('\n', end - 1);
-  return {line, start == std::string::npos ? end + 1 : end - start};
-}
-
 }  // namespace
 
-Json parse_json(const std::string& text, const std::string& name) {
-  std::vector<std::set<std::string>> open_objects;
-  std::string twice;
-  const auto note_keys = [&](int, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::object_start) open_objects.emplace_back();
-    if (event == Json::parse_event_t::object_end) open_objects.pop_back();
-    if (event == Json::parse_event_t::key && !open_objects.back().insert(parsed.get<std::string>()).second &&
-        twice.empty())
-      twice = parsed.get<std::string>();
-    return true;
-  };
-  try {
-    Json json = Json::parse(text, note_keys);
-    if (!twice.empty()) throw InputError(name, fmt::format("key '{}' stands twice in one object", twice));
-    return json;
-  } catch (const nlohmann::json::parse_error& error) {
-    const auto [line, column] = line_and_column(text, error.byte);
-    std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line 1, column 2: reason"
-    const std::size_t reason = what.find(": ");
-    if (reason != std::string::npos) what = what.substr(reason + 2);
-    if (text.find_first_not_of(" \t\r\n") == std::string::npos) what = "the file is empty";
-    throw InputError(fmt::format("{}:{}:{}", name, line, column), "not valid JSON: " + what);
-  } catch (const nlohmann::json::out_of_range& error) {  // a number beyond double
-    const std::string what = error.what();
-    const std::size_t reason = what.find("] ");
-    throw InputError(name, reason == std::string::npos ? what : what.substr(reason + 2));
-  }
+std::string place_in(std::string_view text, std::size_t offset, const std::string& name) {
+  const std::size_t end = std::min(offset > 0 ? offset - 1 : 0, text.size());
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
+  const std::size_t start = end == 0 ? std::string_view::npos : text.rfind('\n', end - 1);
+  return fmt::format("{}:{}:{}", name, line, start == std::string_view::npos ? end + 1 : end - start);
 }
 
-Json read_json(const std::string& path) { return parse_json(read_text(path), path); }
+Json parse_json(const std::string& text, const std::string& name, JsonTop expected) {
+  check_json<Json>(text, name, expected);
+  return Json::parse(text);
+}
+
+Json read_json(const std::string& path, JsonTop expected) { return parse_json(read_text(path), path, expected); }
 
 std::string to_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
@@ -95,7 +75,7 @@ const Json& JsonObject::require(const std::string& key, const std::string& expec
   for (const auto& item : value_->items())
     if (!asked_.contains(item.key())) unknown.push_back(item.key());
   fail(key, fmt::format("missing, expected {}{}", expected,
-                        unknown.empty() ? "" : fmt::format("; not yet read here: {}", fmt::join(unknown, ", "))));
+                        unknown.empty() ? "" : fmt::format("; not yet read here: {}", listed(unknown))));
 }
 
 double JsonObject::number(const std::string& key, Bounds bounds) const {
@@ -113,7 +93,8 @@ double JsonObject::number_or(const std::string& key, double otherwise, Bounds bo
 long JsonObject::integer(const std::string& key, Bounds bounds) const {
   const std::string expected = "a whole number" + describe(bounds);
   const Json& v = require(key, expected);
-  if (!v.is_number_integer() || !within(v.get<double>(), bounds))
+  const bool too_large = v.is_number_unsigned() && v.get<std::uint64_t>() > std::numeric_limits<long>::max();
+  if (!v.is_number_integer() || too_large || !within(v.get<double>(), bounds))
     fail(key, fmt::format("expected {}, got {}", expected, describe(v)));
   return v.get<long>();
 }

@@ -1,23 +1,31 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 namespace leeway::io {
 
+/// Declared only: who makes or reads values includes <nlohmann/json.hpp>, which costs the compiler a second.
 using Json = nlohmann::ordered_json;
 
-/// Reads a JSON file ("-": standard input). Throws IoError, or InputError with line and column for bad syntax and for
-/// a key that stands twice in one object.
-Json read_json(const std::string& path);
+/// What a JSON text may be.
+enum class JsonTop { object, object_or_array };
+
+/// Reads a JSON file ("-": standard input). Throws IoError, or InputError with line and column for bad syntax, with the
+/// pointer as well where there is one: see check_json().
+Json read_json(const std::string& path, JsonTop expected = JsonTop::object);
 
 /// Parses a JSON text; `name` stands in the messages.
-Json parse_json(const std::string& text, const std::string& name);
+Json parse_json(const std::string& text, const std::string& name, JsonTop expected = JsonTop::object);
 
 /// Two-space indented text with a line end. Bytes that are not UTF-8 (a file's name may hold them) become U+FFFD.
 std::string to_text(const Json& json);
@@ -53,6 +61,12 @@ class JsonObject {
   std::string word(const std::string& key, const std::vector<std::string>& words) const;
   std::vector<double> numbers(const std::string& key) const;                 ///< any length
   std::vector<double> numbers(const std::string& key, std::size_t n) const;  ///< exactly n
+  template <std::size_t n>
+  std::array<double, n> array(const std::string& key) const {  ///< exactly n
+    std::array<double, n> result{};
+    std::ranges::copy(numbers(key, n), result.begin());
+    return result;
+  }
   std::vector<std::string> texts(const std::string& key) const;
   JsonObject object(const std::string& key) const;
   std::optional<JsonObject> object_if(const std::string& key) const;  ///< nothing if absent

@@ -1,9 +1,11 @@
 #include "io/prediction_csv.hpp"
 
+#include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
 
+#include "core/errors.hpp"
 #include "core/units.hpp"
 
 namespace leeway::io {
@@ -21,10 +23,14 @@ PredictionWriter::PredictionWriter(const std::string& path) : file_(path) {
 }
 
 void PredictionWriter::write(const PredictionRow& row) {
+  const Vec3<double> eta(row.eta(0), row.eta(1), rad_to_deg(row.eta(2))),
+      nu(row.nu(0), row.nu(1), rad_to_deg(row.nu(2)));
+  if (!std::isfinite(row.t_s) || !eta.allFinite() || !nu.allFinite())
+    throw NumericalError(fmt::format("recording '{}', sequence {}, step {}: the prediction is no finite number",
+                                     row.recording, row.sequence, row.step));
   buffer_ += csv_field(row.recording);
   fmt::format_to(std::back_inserter(buffer_), ",{},{},{},{},{},{},{},{},{},{},{}\n", row.sequence, row.step, row.t_s,
-                 row.particle, row.member, row.eta(0), row.eta(1), rad_to_deg(row.eta(2)), row.nu(0), row.nu(1),
-                 rad_to_deg(row.nu(2)));
+                 row.particle, row.member, eta(0), eta(1), eta(2), nu(0), nu(1), nu(2));
   if (buffer_.size() > kFlushAt) flush();
 }
 
@@ -52,9 +58,16 @@ bool PredictionReader::next(PredictionRow& row) {
   row.sequence = count(1);
   row.step = count(2);
   row.t_s = number(3, "s");
+  if (std::abs(row.t_s) > kFarthestTime_s)
+    throw InputError(csv_.file(), csv_.line(), "column 't_s'",
+                     fmt::format("expected seconds within +-{} (3,000 years), got {}", kFarthestTime_s, row.t_s));
   row.particle = count(4);
   row.member = count(5);
   row.eta = {number(6, "m"), number(7, "m"), deg_to_rad(number(8, "deg"))};
+  if (std::abs(row.eta(2)) > kLargestAngle)
+    throw InputError(
+        csv_.file(), csv_.line(), "column 'psi_deg'",
+        fmt::format("expected an angle within +-{:g} deg, got {}", rad_to_deg(kLargestAngle), rad_to_deg(row.eta(2))));
   row.nu = {number(9, "m/s"), number(10, "m/s"), deg_to_rad(number(11, "deg/s"))};
   return true;
 }

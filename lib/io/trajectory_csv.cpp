@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
@@ -106,23 +107,28 @@ ColumnsMap read_columns_map(const std::string& name_or_path) {
   return result;
 }
 
-Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool keep_unknown) {
-  CsvReader csv(path);
-  Trajectory trajectory;
-  trajectory.name = stem(path);
-  trajectory.file = path;
+namespace {
 
+// Where a trajectory's values stand in the fields of a row.
+struct Fields {
   struct Column {
     std::vector<double>* values;
     std::string_view name;
     double factor;
     std::string unit;
     std::size_t field;
+    bool is_angle;
   };
   std::vector<Column> columns;
-  std::vector<std::size_t> kept;
+  std::vector<std::size_t> kept;  // of columns that are unknown
   std::array<std::string, kChannelCount> taken_by;
-  std::size_t time_field = 0;
+  std::size_t time = 0;
+};
+
+// Finds the columns of the header; those that are unknown go to the trajectory's ignored ones.
+Fields find_fields(const CsvReader& csv, const std::string& path, const ColumnsMap* map, bool keep_unknown,
+                   Trajectory& trajectory) {
+  Fields fields;
   for (std::size_t i = 0; i < csv.header().size(); ++i) {
     const std::string& name = csv.header()[i];
     std::optional<ColumnsMap::Source> source;
@@ -133,29 +139,34 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool 
     }
     if (!source) {
       trajectory.ignored_columns.push_back(name);
-      if (keep_unknown) kept.push_back(i);
+      if (keep_unknown) fields.kept.push_back(i);
       continue;
     }
-    std::string& taken = taken_by[static_cast<std::size_t>(source->channel)];
+    std::string& taken = fields.taken_by[static_cast<std::size_t>(source->channel)];
     if (!taken.empty())
       throw InputError(path, csv.line(), fmt::format("column '{}'", name),
                        fmt::format("holds the same quantity as column '{}'", taken));
     taken = name;
-    if (source->channel == Channel::t) time_field = i;
-    columns.push_back({&trajectory[source->channel], name, source->factor, source->unit, i});
+    if (source->channel == Channel::t) fields.time = i;
+    fields.columns.push_back({&trajectory[source->channel], name, source->factor, source->unit, i,
+                              info(source->channel).quantity == Quantity::angle});
   }
+  return fields;
+}
+
+// The columns that every trajectory needs, and both of a wind.
+void check_columns(const CsvReader& csv, const std::string& path, const ColumnsMap* map, const Fields& fields) {
   const auto foreign_name = [&](Channel channel) {
     if (map != nullptr)
       for (const auto& [foreign, source] : map->columns)
         if (source.channel == channel) return foreign;
     return column_name(channel);
   };
-  const auto is_absent = [&](Channel channel) { return taken_by[static_cast<std::size_t>(channel)].empty(); };
+  const auto is_absent = [&](Channel channel) { return fields.taken_by[static_cast<std::size_t>(channel)].empty(); };
   for (const Channel channel : {Channel::t, Channel::u, Channel::vm, Channel::r})
     if (is_absent(channel))
       throw InputError(path, 1, "",
-                       fmt::format("no column '{}'; found {}", foreign_name(channel), fmt::join(csv.header(), ", ")));
-
+                       fmt::format("no column '{}'; found {}", foreign_name(channel), listed(csv.header())));
   for (const auto& [speed, direction] :
        {std::pair{Channel::wind_speed, Channel::wind_dir}, std::pair{Channel::app_wind_speed, Channel::app_wind_dir}})
     if (is_absent(speed) != is_absent(direction))
@@ -163,32 +174,56 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool 
           path, 1, "",
           fmt::format("column '{}' without '{}': a wind needs both", foreign_name(is_absent(speed) ? direction : speed),
                       foreign_name(is_absent(speed) ? speed : direction)));
+}
+
+}  // namespace
+
+Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool keep_unknown) {
+  CsvReader csv(path);
+  Trajectory trajectory;
+  trajectory.name = stem(path);
+  trajectory.file = path;
+  const Fields of = find_fields(csv, path, map, keep_unknown, trajectory);
+  check_columns(csv, path, map, of);
 
   const auto is_missing = [&](std::string_view field) {
-    if (field.find_first_not_of(" \t") == std::string_view::npos) return true;
-    return map != nullptr && std::find(map->missing.begin(), map->missing.end(), field) != map->missing.end();
+    field = trim(field);
+    return field.empty() ||
+           (map != nullptr && std::find(map->missing.begin(), map->missing.end(), field) != map->missing.end());
   };
   const std::vector<double>& time = trajectory[Channel::t];
-  trajectory.ignored_texts.resize(kept.size());
+  trajectory.ignored_texts.resize(of.kept.size());
   std::vector<std::string_view> fields;
   while (csv.next(fields)) {
-    if (is_missing(fields[time_field]) && std::all_of(fields.begin(), fields.end(), is_missing)) continue;
-    for (const Column& column : columns) {
+    if (is_missing(fields[of.time]) && std::all_of(fields.begin(), fields.end(), is_missing)) continue;
+    for (const Fields::Column& column : of.columns) {
       const std::string_view field = fields[column.field];
-      double value = 0.0;
-      if (!parse_number(field, value)) {
-        if (!is_missing(field) || column.field == time_field) csv.number(field, column.name, printed_unit(column.unit));
-        value = kMissing;
-      }
+      double value = kMissing;
+      if (!is_missing(field))  // also where the mark of a missing sample is a number
+        value = csv.number(field, column.name, printed_unit(column.unit));
+      else if (column.field == of.time)
+        throw InputError(path, csv.line(), fmt::format("column '{}'", column.name),
+                         fmt::format("expected a finite number [{}], got '{}'", printed_unit(column.unit), field));
       column.values->push_back(value * column.factor);
+      if (column.is_angle && std::abs(value * column.factor) > kLargestAngle)
+        throw InputError(path, csv.line(), fmt::format("column '{}'", column.name),
+                         fmt::format("expected an angle within +-{:g} deg, got '{}'", rad_to_deg(kLargestAngle),
+                                     field.substr(0, 40)));
     }
-    for (std::size_t k = 0; k < kept.size(); ++k) trajectory.ignored_texts[k].emplace_back(fields[kept[k]]);
+    for (std::size_t k = 0; k < of.kept.size(); ++k) trajectory.ignored_texts[k].emplace_back(fields[of.kept[k]]);
+    if (std::abs(time.back()) > kFarthestTime_s)
+      throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[of.time]),
+                       fmt::format("expected seconds within +-{} (3,000 years), got {}", kFarthestTime_s, time.back()));
     if (time.size() > 1 && !(time.back() > time[time.size() - 2]))
-      throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[time_field]),
+      throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[of.time]),
                        fmt::format("time must increase, but {} s follows {} s", time.back(), time[time.size() - 2]));
+    if (time.size() > 1 && time.back() - time[time.size() - 2] > trajectory.longest_step.length_s())
+      trajectory.longest_step = {csv.line(), time[time.size() - 2], time.back()};
   }
   if (time.empty()) throw InputError(path, csv.line() + 1, "", "no data row below the header");
   unwrap(trajectory[Channel::psi]);
+  for (const ChannelInfo& channel : kChannels)
+    if (channel.role == Role::azimuth) unwrap(trajectory[channel.channel]);
   return trajectory;
 }
 
@@ -217,7 +252,11 @@ std::string trajectory_text(const Trajectory& trajectory) {
     for (std::size_t c = 0; c < columns.size(); ++c) {
       if (c > 0) text += ',';
       const double value = (*columns[c].values)[i];
-      if (!std::isnan(value)) fmt::format_to(std::back_inserter(text), "{}", value / columns[c].divisor);
+      if (std::isinf(value / columns[c].divisor))
+        throw NumericalError(fmt::format("{}: a number at {} s is too large to be written",
+                                         trajectory.name.empty() ? "the trajectory" : trajectory.name,
+                                         trajectory[Channel::t][i]));
+      append_number(text, value / columns[c].divisor);
     }
     for (const std::vector<std::string>* texts : kept) text += ',' + csv_field((*texts)[i]);
     text += '\n';

@@ -30,7 +30,10 @@ void add_row(PredictedSequence& sequence, const io::PredictionRow& row, const io
   check_number(csv, "particle", row.particle);
   if (row.step >= sequence.steps.size()) sequence.steps.resize(row.step + 1);
   PredictedSequence::Step& step = sequence.steps[row.step];
-  if (step.moments.count() == 0) step.t_s = row.t_s;
+  if (step.moments.count() == 0) {
+    step.t_s = row.t_s;
+    step.line = csv.line();
+  }
   if (std::abs(step.t_s - row.t_s) > kSameTime_s)
     throw InputError(csv.file(), csv.line(), "column 't_s'",
                      fmt::format("got {} s, but other particles of recording '{}', sequence {}, step {} are at {} s",
@@ -54,7 +57,13 @@ void check_complete(const PredictedRecording& recording, std::size_t number, con
     }
   for (std::size_t k = 0; k < sequence.steps.size(); ++k) {
     const PredictedSequence::Step& step = sequence.steps[k];
-    if (step.moments.count() == particles && step.particle_hash == hash) continue;
+    if (step.moments.count() == particles && step.particle_hash == hash) {
+      if (k == 0 || step.t_s > sequence.steps[k - 1].t_s) continue;
+      throw InputError(recording.file, step.line, "column 't_s'",
+                       fmt::format("time must increase with the steps of recording '{}', sequence {}, but {} s of step "
+                                   "{} follows {} s",
+                                   recording.name, number, step.t_s, k, sequence.steps[k - 1].t_s));
+    }
     throw InputError(
         recording.file,
         fmt::format("recording '{}', sequence {}, step {}: expected each of the sequence's {} particles once, found {} "
@@ -73,7 +82,9 @@ void ParticleMoments::add(const Vec3<double>& nu, double x0, double y0) {
   const Vec3<double> before = nu - first_ - mean_;
   mean_ += before / n;
   comoment_ += (n - 1.0) / n * (before * before.transpose()).eval();  // symmetric to the bit
-  mean_position_ += (Vec2<double>(x0, y0) - mean_position_) / n;
+  const Vec2<double> off = Vec2<double>(x0, y0) - mean_position_;
+  mean_position_ += off / n;
+  squared_off_ += (n - 1.0) / n * off.squaredNorm();
 }
 
 Eigen::Matrix3d ParticleMoments::covariance() const {
@@ -97,7 +108,7 @@ std::vector<PredictedRecording> read_prediction(const std::string& path, const s
         if (!known.contains(name))
           throw InputError(path, reader.csv().line(), "column 'recording'",
                            fmt::format("no truth for '{}' among the {} given with --truth", name, known.size()));
-        found = recordings.emplace(name, PredictedRecording{name, path, {}, {}, {}}).first;
+        found = recordings.emplace(name, PredictedRecording{name, path, {}, {}, {}, {}}).first;
       }
       recording = &found->second;
       sequence = nullptr;

@@ -26,18 +26,22 @@ class ParticleMoments {
   Eigen::Matrix3d covariance() const;
   /// Mean of (x0, y0) [m].
   Vec2<double> mean_position() const { return mean_position_; }
+  /// Mean squared distance of the particles from it [m^2].
+  double position_variance() const { return count_ > 0 ? squared_off_ / static_cast<double>(count_) : 0.0; }
 
  private:
   std::size_t count_ = 0;
   Vec3<double> first_ = Vec3<double>::Zero(), mean_ = Vec3<double>::Zero();
   Eigen::Matrix3d comoment_ = Eigen::Matrix3d::Zero();
   Vec2<double> mean_position_ = Vec2<double>::Zero();
+  double squared_off_ = 0.0;
 };
 
 /// The particles of one K-step sequence, reduced to their moments.
 struct PredictedSequence {
   struct Step {
     double t_s = 0.0;
+    std::size_t line = 0;  ///< of its first row
     ParticleMoments moments;
     std::size_t particle_hash = 0;  ///< sum of mixed particle numbers: equal for steps with the same particles
   };
@@ -52,14 +56,14 @@ struct PredictedRecording {
   std::string name, file;
   std::map<std::size_t, PredictedSequence> sequences;
   std::set<std::size_t> members;
-  std::string sampling;  ///< what the prediction says of itself; may be empty
+  std::string sampling, initial_state;  ///< what the prediction says of itself; may be empty
 };
 
 /// Reads a prediction CSV ("-": standard input) whose rows may come in any order, and keeps moments only: memory does
 /// not grow with the number of particles. Recordings come sorted by name.
 ///   known  names of the recordings with a truth
-/// Throws InputError for a recording that is not known, two times for one step, a particle that comes twice at a step
-/// or not at all (so that the tail of a broken stream does not pass), or no row at all.
+/// Throws InputError for a recording that is not known, two times for one step, times that do not increase, a particle
+/// that comes twice at a step or not at all (so that the tail of a broken stream does not pass), or no row at all.
 std::vector<PredictedRecording> read_prediction(const std::string& path, const std::set<std::string>& known);
 
 }  // namespace leeway

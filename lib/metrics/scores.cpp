@@ -8,18 +8,21 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
+#include "io/result_folder.hpp"
 
 namespace leeway {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kFullRank = 1e-10;  // smallest eigenvalue of the correlation matrix
+constexpr double kFullRank = 1e-10;   // smallest eigenvalue of the correlation matrix
+constexpr double kSameState = 1e-12;  // squared: velocities that were read from one file differ by rounding alone
 
 // Mean of numbers that come one by one; NaN while there is none.
 struct Mean {
@@ -54,7 +57,19 @@ std::string inferred_sampling(bool member_changes, std::size_t members, std::siz
   return members <= 1 || most_particles <= 1 ? "single" : "ts-inf";
 }
 
-io::Json number_or_null(double x) { return std::isnan(x) ? io::Json(nullptr) : io::Json(x); }
+// Whether all particles start from the very states that they are laid beside.
+bool starts_where_laid(const std::vector<PointScore>& points) {
+  return std::ranges::all_of(points, [](const PointScore& p) {
+    return p.step > 0 || (p.squared_eucl <= kSameState && p.sd.squaredNorm() <= kSameState);
+  });
+}
+
+// The word that all have, or "mixed".
+std::string common(const std::set<std::string>& words) {
+  return words.size() == 1 ? *words.begin() : words.empty() ? std::string(io::word(io::States::unstated)) : "mixed";
+}
+
+io::Json number_or_null(double x) { return !std::isfinite(x) ? io::Json(nullptr) : io::Json(x); }
 
 io::Json units() {
   return {{"L_eucl", "(m/s)^2 + (rad/s)^2"},
@@ -82,6 +97,8 @@ io::Json to_json(const Scores& s) {
                 {"correlation_eucl_maha", number_or_null(s.correlation)},
                 {"members", s.members},
                 {"sampling", s.sampling},
+                {"against", s.against},
+                {"initial_state", s.initial_state},
                 {"rmse_u_mps", number_or_null(s.rmse(0))},
                 {"rmse_vm_mps", number_or_null(s.rmse(1))},
                 {"rmse_r_degps", number_or_null(rad_to_deg(s.rmse(2)))},
@@ -131,7 +148,8 @@ std::optional<double> squared_mahalanobis(const Vec3<double>& error, const Eigen
   return along.cwiseAbs2().cwiseQuotient(eigen.eigenvalues()).sum();
 }
 
-RecordingScores score(const PredictedRecording& prediction, const Trajectory& truth, const ScoreOptions& options) {
+RecordingScores score(const PredictedRecording& prediction, const Trajectory& truth, const ScoreOptions& options,
+                      io::States against) {
   RecordingScores result;
   result.name = prediction.name;
   result.file = truth.file;
@@ -139,6 +157,7 @@ RecordingScores score(const PredictedRecording& prediction, const Trajectory& tr
   result.members = prediction.members;
   result.sampling = prediction.sampling;
   result.ignored_columns = truth.ignored_columns;
+  result.against = against;
   for (const auto& [number, sequence] : prediction.sequences) {
     result.steps_of_sequence.push_back(sequence.steps.size());
     result.particles_of_sequence.push_back(sequence.steps.front().moments.count());
@@ -153,6 +172,7 @@ RecordingScores score(const PredictedRecording& prediction, const Trajectory& tr
       point.t_s = step.t_s;
       point.mean = step.moments.mean();
       point.sd = Sigma.diagonal().cwiseSqrt();
+      point.position_sd = std::sqrt(step.moments.position_variance());
       point.truth = there.nu;
       const Vec3<double> error = there.nu - point.mean;
       if (!error.hasNaN()) {
@@ -165,6 +185,9 @@ RecordingScores score(const PredictedRecording& prediction, const Trajectory& tr
       result.points.push_back(point);
     }
   }
+  result.initial_state = !prediction.initial_state.empty()  ? prediction.initial_state
+                         : starts_where_laid(result.points) ? io::word(against)
+                                                            : io::word(io::States::unstated);
   return result;
 }
 
@@ -177,7 +200,7 @@ Scores summarize(const std::string& name, std::span<const RecordingScores> recor
   std::vector<double> eucl_distances, maha_distances;
   std::set<std::size_t> members;
   std::set<std::size_t> particles;
-  std::set<std::string> declared;
+  std::set<std::string> declared, against, initial_states;
   bool member_changes = false;
   for (const RecordingScores& recording : recordings) {
     s.sequences += recording.sequences;
@@ -186,6 +209,8 @@ Scores summarize(const std::string& name, std::span<const RecordingScores> recor
     members.insert(recording.members.begin(), recording.members.end());
     member_changes = member_changes || recording.member_changes;
     declared.insert(recording.sampling);
+    against.emplace(io::word(recording.against));
+    initial_states.insert(recording.initial_state);
     for (const PointScore& point : recording.points) {
       const bool has_truth = !std::isnan(point.squared_eucl);
       if (has_truth) fit.add(point.fit);
@@ -216,6 +241,8 @@ Scores summarize(const std::string& name, std::span<const RecordingScores> recor
   s.sampling = declared.size() == 1 && !declared.contains("")
                    ? *declared.begin()
                    : inferred_sampling(member_changes, members.size(), particles.empty() ? 0 : *particles.rbegin());
+  s.against = common(against);
+  s.initial_state = common(initial_states);
   for (int i = 0; i < 3; ++i) s.rmse(i) = std::sqrt(squared[i].value());
   s.rmse_position = std::sqrt(position.value());
   if (maha.count > 0)
@@ -225,17 +252,28 @@ Scores summarize(const std::string& name, std::span<const RecordingScores> recor
   return s;
 }
 
-std::map<std::string, io::RecordingFile> truths_by_name(const std::vector<std::string>& arguments) {
-  std::map<std::string, io::RecordingFile> result;
-  for (io::RecordingFile& recording : io::expand_recordings(arguments)) {
-    const std::string name = io::stem(recording.path);
-    if (recording.truth.empty()) recording.truth = recording.path;
-    const std::string file = recording.truth;
-    const auto [other, is_new] = result.emplace(name, std::move(recording));
+std::map<std::string, Reference> truths_by_name(const std::vector<std::string>& arguments,
+                                                std::optional<io::States> against) {
+  std::map<std::string, Reference> result;
+  for (const io::RecordingFile& recording : io::expand_recordings(arguments)) {
+    Reference reference{recording};
+    const bool of_dataset = !recording.dataset.empty(), has_truth = !recording.truth.empty();
+    if (of_dataset && !has_truth && against == io::States::truth)
+      throw InputError(recording.dataset, fmt::format("lists no truth of {}", recording.path));
+    if (!of_dataset && recording.states == io::States::truth && against == io::States::observations)
+      throw UsageError(fmt::format("{} lies in a folder of truths; observations were asked for", recording.path));
+    if (has_truth && against != io::States::observations) {
+      reference.states = io::States::truth;
+    } else {
+      reference.truth = recording.path;
+      if (!of_dataset && against) reference.states = *against;
+    }
+    const auto [other, is_new] = result.emplace(io::stem(recording.path), reference);
     if (!is_new)
-      throw InputError(file, fmt::format("is the truth of recording '{}', and so is {}; recordings are told apart by "
-                                         "their name",
-                                         name, other->second.truth));
+      throw InputError(reference.truth,
+                       fmt::format("is the truth of recording '{}', and so is {}; recordings are distinguished by "
+                                   "their name",
+                                   other->first, other->second.truth));
   }
   return result;
 }
@@ -246,7 +284,7 @@ PredictionSource find_predictions(const std::vector<std::string>& arguments) {
   for (const std::string& argument : arguments) {
     std::error_code error;
     if (argument == "-" || !fs::is_directory(argument, error)) {
-      source.files.push_back({argument, ""});
+      source.files.push_back({argument, "", ""});
       continue;
     }
     std::vector<std::string> files;
@@ -255,28 +293,47 @@ PredictionSource find_predictions(const std::vector<std::string>& arguments) {
     if (error) throw IoError(argument, fmt::format("cannot be read: {}", error.message()));
     if (files.empty()) throw InputError(argument, "no CSV file in this folder; expected a prediction");
     std::sort(files.begin(), files.end());
-    std::string sampling;
+    std::string sampling, initial_state;
+    std::map<std::string, std::string> parts;
     const std::string description = (fs::path(argument) / "prediction.json").string();
+    io::require_finished(description);
     if (fs::exists(description, error)) {
       const io::Json json = io::read_json(description);
       const io::JsonObject prediction(json, description);
       sampling = prediction.text_or("sampling", "");
+      initial_state = prediction.text_or("initial_state", "");
       if (prediction.has("provenance")) source.provenance.push_back(prediction.value("provenance"));
+      parts = io::parts_of(prediction);
+      for (const char* known :
+           {"members", "particles", "steps", "time_step_s", "particles_out_of_bounds", "generation"})
+        prediction.has(known);
+      prediction.check_all_known();
       source.descriptions.push_back(description);
     }
-    for (const std::string& file : files) source.files.push_back({file, sampling});
+    for (const std::string& file : files) {
+      const auto part = parts.find(fs::path(file).filename().string());
+      if (part != parts.end()) io::require_unchanged(file, part->second, description);
+      if (part == parts.end() && !parts.empty())
+        throw InputError(
+            file,
+            fmt::format("is not of the run that {} tells of; name the files one by one, or move it away", description));
+      source.files.push_back({file, sampling, initial_state});
+    }
   }
   return source;
 }
 
-Evaluation evaluate(const PredictionSource& source, const std::map<std::string, io::RecordingFile>& truths,
+Evaluation evaluate(const PredictionSource& source, const std::map<std::string, Reference>& truths,
                     const ScoreOptions& options) {
   std::set<std::string> known;
   for (const auto& [name, truth] : truths) known.insert(name);
   std::vector<std::vector<PredictedRecording>> of_file(source.files.size());
   parallel_for(of_file.size(), options.jobs, [&](std::size_t i) {
     of_file[i] = read_prediction(source.files[i].path, known);
-    for (PredictedRecording& recording : of_file[i]) recording.sampling = source.files[i].sampling;
+    for (PredictedRecording& recording : of_file[i]) {
+      recording.sampling = source.files[i].sampling;
+      recording.initial_state = source.files[i].initial_state;
+    }
   });
 
   // By set, then by name: the order of all sums, whatever the order of the arguments.
@@ -294,8 +351,9 @@ Evaluation evaluate(const PredictionSource& source, const std::map<std::string, 
   Evaluation evaluation;
   evaluation.recordings.resize(predictions.size());
   parallel_for(predictions.size(), options.jobs, [&](std::size_t i) {
-    const io::RecordingFile& truth = truths.at(predictions[i]->name);
-    evaluation.recordings[i] = score(*predictions[i], io::read_trajectory(truth.truth, options.columns), options);
+    const Reference& truth = truths.at(predictions[i]->name);
+    evaluation.recordings[i] =
+        score(*predictions[i], io::read_trajectory(truth.truth, options.columns), options, truth.states);
     evaluation.recordings[i].set = truth.set;
   });
 
@@ -320,11 +378,12 @@ std::vector<std::string> input_files(const PredictionSource& source, const Evalu
 
 std::vector<std::string> notices(const Evaluation& evaluation) {
   std::vector<std::string> result;
-  std::set<std::string> ignored;
+  std::set<std::string> names;
   for (const RecordingScores& recording : evaluation.recordings)
-    ignored.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
+    names.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
+  const std::vector<std::string> ignored(names.begin(), names.end());
   if (!ignored.empty())
-    result.push_back(fmt::format("columns that no tool knows are ignored: {}", fmt::join(ignored, ", ")));
+    result.push_back(fmt::format("columns that no tool knows are ignored: {}", io::listed(ignored)));
   const Scores& all = evaluation.overall;
   if (all.missing_truth > 0)
     result.push_back(fmt::format("{} of {} points have no truth (missing samples) and are in no figure",
@@ -341,10 +400,10 @@ io::Json to_json(const Evaluation& evaluation) {
 std::string per_step_text(const Evaluation& evaluation) {
   std::string text =
       "recording,sequence,step,t_s,u_mean_mps,vm_mean_mps,r_mean_degps,u_sd_mps,vm_sd_mps,r_sd_degps,u_truth_mps,"
-      "vm_truth_mps,r_truth_degps,eucl,maha\n";
+      "vm_truth_mps,r_truth_degps,position_error_m,position_sd_m,eucl,maha\n";
   const auto append = [&](double value) {
     text += ',';
-    if (!std::isnan(value)) fmt::format_to(std::back_inserter(text), "{}", value);
+    io::append_number(text, value);
   };
   for (const RecordingScores& recording : evaluation.recordings) {
     const std::string name = io::csv_field(recording.name);
@@ -355,6 +414,8 @@ std::string per_step_text(const Evaluation& evaluation) {
         append((*value)(1));
         append(rad_to_deg((*value)(2)));
       }
+      append(std::sqrt(point.squared_position));
+      append(point.position_sd);
       append(std::sqrt(point.squared_eucl));
       append(std::sqrt(point.squared_maha));
       text += '\n';
@@ -370,7 +431,7 @@ std::string summary_text(const Evaluation& evaluation) {
                                  "set", width, "sequences", "K", "particles", "L_eucl", "L_maha", "undefined",
                                  "correlation", "u [m/s]", "vm [m/s]", "r [deg/s]", "pos [m]");
   const auto shown = [](double x, const char* format) {
-    return std::isnan(x) ? std::string("-") : fmt::format(fmt::runtime(format), x);
+    return !std::isfinite(x) ? std::string("-") : fmt::format(fmt::runtime(format), x);
   };
   const auto line = [&](const Scores& s) {
     fmt::format_to(std::back_inserter(text),
@@ -382,6 +443,8 @@ std::string summary_text(const Evaluation& evaluation) {
   };
   for (const Scores& s : evaluation.datasets) line(s);
   line(evaluation.overall);
+  fmt::format_to(std::back_inserter(text), "laid beside: {}; initial states: {}\n", evaluation.overall.against,
+                 evaluation.overall.initial_state);
   return text;
 }
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "core/types.hpp"
 #include "core/units.hpp"
 #include "io/dataset_json.hpp"
@@ -46,6 +48,7 @@ struct PointScore {
   double squared_eucl = kMissing;                                     ///< |truth - mean|^2 [(m/s)^2 + (rad/s)^2]
   double squared_maha = kMissing;                                     ///< NaN where undefined
   double squared_position = kMissing;  ///< of the mean position [m^2]; NaN where one of the two has none
+  double position_sd = 0.0;            ///< root mean squared distance of the particles from their mean position [m]
   double fit = kMissing;               ///< mean over particles of the sum of squared errors over sigma^2
 };
 
@@ -55,13 +58,17 @@ struct RecordingScores {
   std::vector<std::size_t> steps_of_sequence, particles_of_sequence;
   std::set<std::size_t> members;
   bool member_changes = false;
-  std::string sampling;                      ///< what the prediction says of itself; may be empty
-  std::vector<std::string> ignored_columns;  ///< of the truth file
-  std::vector<PointScore> points;            ///< by sequence and step
+  std::string sampling;                       ///< what the prediction says of itself; may be empty
+  io::States against = io::States::unstated;  ///< what it was laid beside
+  std::string initial_state;                  ///< words as Scores has them
+  std::vector<std::string> ignored_columns;   ///< of the truth file
+  std::vector<PointScore> points;             ///< by sequence and step
 };
 
 /// Compares a prediction with the truth of the same recording.
-RecordingScores score(const PredictedRecording& prediction, const Trajectory& truth, const ScoreOptions& options);
+///   against  what the states of `truth` are
+RecordingScores score(const PredictedRecording& prediction, const Trajectory& truth, const ScoreOptions& options,
+                      io::States against = io::States::unstated);
 
 /// The figures of one data set, by the definitions of docs/eval-metrics.md. NaN is an undefined figure.
 struct Scores {
@@ -74,6 +81,11 @@ struct Scores {
   double L_eucl = kMissing, L_maha = kMissing, maha_undefined_fraction = kMissing, correlation = kMissing;
   std::size_t members = 0;
   std::string sampling;  ///< as all recordings declare it, else from the members: "ts-inf", "ts1" or "single"
+  /// What the prediction was laid beside: "truth", "observations", "unstated"; "mixed" where recordings differ.
+  std::string against;
+  /// What the states at step 0 are: the same words, or "estimate" of the initial-state network. What the prediction
+  /// says of itself, else that of `against` where the particles start from the very numbers that they are laid beside.
+  std::string initial_state;
   Vec3<double> rmse{kMissing, kMissing, kMissing};
   double rmse_position = kMissing;
   std::array<double, 3> coverage{kMissing, kMissing, kMissing};  ///< of the regions of kCoverageLevels
@@ -93,14 +105,22 @@ struct Evaluation {
   Scores overall;
 };
 
-/// Finds the truth files by the names of their recordings. Throws InputError for two of one name.
-std::map<std::string, io::RecordingFile> truths_by_name(const std::vector<std::string>& arguments);
+/// A file that predictions are laid beside: RecordingFile::truth, whatever its states are.
+struct Reference : io::RecordingFile {};
+
+/// Finds what predictions are laid beside by the names of the recordings: the truths where a data set lists them, else
+/// the files as they are given.
+///   against  nothing, or what is asked for: of a data set its truths or its recordings, of other files what they are
+/// Throws InputError for two of one name and where a data set has no truth that is asked for, UsageError where a file
+/// is a truth that is said to be observations.
+std::map<std::string, Reference> truths_by_name(const std::vector<std::string>& arguments,
+                                                std::optional<io::States> against = std::nullopt);
 
 /// Where predictions come from.
 struct PredictionSource {
   struct File {
     std::string path;
-    std::string sampling;  ///< what prediction.json beside it says; empty where there is none
+    std::string sampling, initial_state;  ///< what prediction.json beside it says; empty where there is none
   };
   std::vector<File> files;
   std::vector<std::string> descriptions;  ///< the prediction.json files found
@@ -113,7 +133,7 @@ PredictionSource find_predictions(const std::vector<std::string>& arguments);
 
 /// Reads predictions and those truths that they need, a file per thread at a time, and scores them. Throws InputError
 /// for a recording without truth and for one that two files predict.
-Evaluation evaluate(const PredictionSource& source, const std::map<std::string, io::RecordingFile>& truths,
+Evaluation evaluate(const PredictionSource& source, const std::map<std::string, Reference>& truths,
                     const ScoreOptions& options);
 
 /// All files that an evaluation read: predictions, descriptions, truths.

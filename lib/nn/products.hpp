@@ -4,7 +4,7 @@
 
 /// The matrix products of a network, with what follows each product done while its result is in registers.
 ///
-/// A block of columns (windows, particles, gain pairs) are the lanes: activations stand as [feature][lane], one or two
+/// A block of columns (windows, particles, gain pairs) are the lanes: activations stand as [feature][lane], some
 /// vectors of lanes wide. Each lane is computed by itself, in the same order whatever stands beside it: its numbers do
 /// not depend on the width of the block or on its place there. Few columns stand as [column][feature] instead, with the
 /// features as the vector, and have the same numbers again.
@@ -19,6 +19,9 @@ constexpr int kRows = 6;
 #else
 constexpr int kRows = 4;
 #endif
+
+/// Vectors of lanes that a product has sums for at a time.
+constexpr int kTogether = 2;
 
 /// Vectors that a group of features has where the features are the vector.
 constexpr int kGroup = 2;
@@ -38,28 +41,29 @@ inline void pack_panels(const S* weights, int rows, int cols, int row_step, int 
     for (int i = 0; i < rows - row; ++i) *panels++ = from[static_cast<long>(i) * row_step];
 }
 
-/// Rows of P panels, R rows each, for C vectors of lanes.
-template <int P, int R, int C, typename S, typename Finish>
+/// Rows of P panels, R rows each, for V of the C vectors of lanes, the first of which is `first`.
+template <int P, int R, int V, int C, typename S, typename Finish>
 inline __attribute__((always_inline)) void panel_product(const S* panels, int cols, const S* bias, const S* in, int row,
-                                                         const Finish& finish) {
+                                                         int first, const Finish& finish) {
   constexpr int W = kWidth<S>;
   const long panel = static_cast<long>(R) * cols;
-  Vector<S> sum[P * R][C];
+  Vector<S> sum[P * R][V];
 #pragma GCC unroll 16
   for (int i = 0; i < P * R; ++i)
 #pragma GCC unroll 2
-    for (int c = 0; c < C; ++c) sum[i][c] = bias != nullptr ? broadcast(bias[row + i]) : Vector<S>{};
+    for (int v = 0; v < V; ++v) sum[i][v] = bias != nullptr ? broadcast(bias[row + i]) : Vector<S>{};
+  in += first * W;
   for (int k = 0; k < cols; ++k) {
-    Vector<S> x[C];
+    Vector<S> x[V];
 #pragma GCC unroll 2
-    for (int c = 0; c < C; ++c) x[c] = load(in + c * W);
+    for (int v = 0; v < V; ++v) x[v] = load(in + v * W);
 #pragma GCC unroll 2
     for (int p = 0; p < P; ++p)
 #pragma GCC unroll 8
       for (int i = 0; i < R; ++i) {
         const Vector<S> w = broadcast(panels[p * panel + i]);
 #pragma GCC unroll 2
-        for (int c = 0; c < C; ++c) sum[p * R + i][c] = multiply_add<S>(w, x[c], sum[p * R + i][c]);
+        for (int v = 0; v < V; ++v) sum[p * R + i][v] = multiply_add<S>(w, x[v], sum[p * R + i][v]);
       }
     panels += R;
     in += C * W;
@@ -67,14 +71,21 @@ inline __attribute__((always_inline)) void panel_product(const S* panels, int co
 #pragma GCC unroll 16
   for (int i = 0; i < P * R; ++i)
 #pragma GCC unroll 2
-    for (int c = 0; c < C; ++c) finish(((row + i) * C + c) * W, sum[i][c]);
+    for (int v = 0; v < V; ++v) finish(((row + i) * C + first + v) * W, sum[i][v]);
+}
+
+/// The same for all C vectors of lanes: the panels stay in the cache meanwhile.
+template <int P, int R, int C, typename S, typename Finish>
+inline void rows_product(const S* panels, int cols, const S* bias, const S* in, int row, const Finish& finish) {
+  constexpr int V = C < kTogether ? C : kTogether;
+  for (int first = 0; first < C; first += V) panel_product<P, R, V, C>(panels, cols, bias, in, row, first, finish);
 }
 
 template <int R, int C, typename S, typename Finish>
 inline void last_panel(int n, const S* panels, int cols, const S* bias, const S* in, int row, const Finish& finish) {
   if constexpr (R > 0) {
     if (n == R)
-      panel_product<1, R, C>(panels, cols, bias, in, row, finish);
+      rows_product<1, R, C>(panels, cols, bias, in, row, finish);
     else
       last_panel<R - 1, C>(n, panels, cols, bias, in, row, finish);
   }
@@ -89,10 +100,10 @@ inline void product(const S* panels, int rows, int cols, const S* bias, const S*
   constexpr int P = C == 1 ? 2 : 1;  // one vector of lanes: two panels, for as many sums
   int row = 0;
   for (; row + P * kRows <= rows; row += P * kRows)
-    panel_product<P, kRows, C>(panels + static_cast<long>(row) * cols, cols, bias, in, row, finish);
+    rows_product<P, kRows, C>(panels + static_cast<long>(row) * cols, cols, bias, in, row, finish);
   if constexpr (P > 1)
     for (; row + kRows <= rows; row += kRows)
-      panel_product<1, kRows, C>(panels + static_cast<long>(row) * cols, cols, bias, in, row, finish);
+      rows_product<1, kRows, C>(panels + static_cast<long>(row) * cols, cols, bias, in, row, finish);
   last_panel<kRows - 1, C>(rows - row, panels + static_cast<long>(row) * cols, cols, bias, in, row, finish);
 }
 

@@ -2,13 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#ifdef LEEWAY_X86_KERNELS
-#include <cpuid.h>
-#endif
-#ifdef __linux__
-#include <sys/syscall.h>
-#include <unistd.h>
-#endif
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -29,9 +22,6 @@ const Kernels<float>& kernels_float();
 namespace avx512 {
 const Kernels<float>& kernels_float();
 }
-namespace amx {
-const Kernels<float>& kernels_float();
-}
 #endif
 
 #ifdef LEEWAY_X86_KERNELS
@@ -40,25 +30,6 @@ namespace {
 bool has_avx512() {
   return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
          __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
-}
-
-// Leaf 7 of the processor's description; not every compiler knows the names of these features.
-bool has_tiles_for_bf16() {
-  constexpr unsigned kBf16 = 1u << 22, kTiles = 1u << 24;
-  unsigned a = 0, b = 0, c = 0, d = 0;
-  return __get_cpuid_count(7, 0, &a, &b, &c, &d) != 0 && (d & kBf16) != 0 && (d & kTiles) != 0;
-}
-
-// Linux gives the tiles to a process that asks for them, and to the threads that it starts afterwards.
-bool has_amx() {
-#ifdef __linux__
-  constexpr long kRequestPermission = 0x1023, kTileData = 18;  // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA
-  static const bool has =
-      has_avx512() && has_tiles_for_bf16() && syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
-  return has;
-#else
-  return false;
-#endif
 }
 
 }  // namespace
@@ -96,7 +67,6 @@ std::vector<std::string> available_kernels() {
   std::vector<std::string> names;
 #ifdef LEEWAY_X86_KERNELS
   if (has_avx512()) names.emplace_back("avx512");
-  if (has_amx()) names.emplace_back("amx");
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) names.emplace_back("avx2");
 #endif
   names.emplace_back("portable");
@@ -110,11 +80,15 @@ const Kernels<float>& kernels(std::string_view name) {
     throw UsageError(fmt::format("kernel '{}' is unknown or not available on this processor; available: {}", name,
                                  fmt::join(available, ", ")));
 #ifdef LEEWAY_X86_KERNELS
-  if (name == "amx") return amx::kernels_float();
   if (name == "avx512") return avx512::kernels_float();
   if (name == "avx2") return avx2::kernels_float();
 #endif
   return portable::kernels_float();
+}
+
+bool give_same_bits(std::string_view kernel, std::string_view other) {
+  const auto fused = [](std::string_view name) { return name == "avx2" || name == "avx512"; };
+  return kernel == other || (fused(kernel) && fused(other));
 }
 
 const Kernels<double>& kernels_double() { return portable::kernels_double(); }

@@ -96,7 +96,7 @@ struct AdamSettings {
 };
 
 /// One implementation of the hot loops. What a kernel computes for a window or a column does not depend on what stands
-/// beside it; gradients are sums over a batch in the order of the batch.
+/// beside it; gradients are sums over a batch in an order that does not depend on the width of vectors.
 template <typename S>
 struct Kernels {
   std::string_view name;
@@ -123,11 +123,15 @@ struct Kernels {
   double (*multiply_adds)(long repeats);
 };
 
-/// The kernels that this processor can run: avx512, amx, avx2, portable; "auto" is the first of them.
+/// The kernels that this processor can run: avx512, avx2, portable; "auto" is the first of them.
 std::vector<std::string> available_kernels();
 
 /// Kernels by name, "auto" for the first. Throws UsageError for one that is unknown or that the processor lacks.
 const Kernels<float>& kernels(std::string_view name = "auto");
+
+/// Whether two kernels compute the same bits: avx2 and avx512 do, in training and prediction; portable has no fused
+/// multiply-add. A name that is unknown agrees with itself alone.
+bool give_same_bits(std::string_view kernel, std::string_view other);
 
 /// The portable kernels in double precision, for checking gradients.
 const Kernels<double>& kernels_double();

@@ -136,6 +136,18 @@ inline void sine_cosine(Vector<double> x, Vector<double>& sine, Vector<double>& 
   cosine = each(x, [](double v) { return __builtin_cos(v); });
 }
 
+/// The elements of a and b at the indices, those of b from kWidth on.
+template <typename S>
+inline __attribute__((always_inline)) Vector<S> shuffle(Vector<S> a, Vector<S> b, IntegerVector<S> index) {
+#ifdef __clang__  // which shuffles by constants alone
+  Vector<S> result{};
+  for (int i = 0; i < kWidth<S>; ++i) result[i] = index[i] < kWidth<S> ? a[index[i]] : b[index[i] - kWidth<S>];
+  return result;
+#else
+  return __builtin_shuffle(a, b, index);
+#endif
+}
+
 /// Exchanges elements and vectors in place: kWidth vectors are a square matrix.
 template <typename S>
 inline void transpose(Vector<S> (&rows)[kWidth<S>]) {
@@ -151,8 +163,8 @@ inline void transpose(Vector<S> (&rows)[kWidth<S>]) {
     for (int i = 0; i < kWidth<S>; ++i) {
       if ((i & d) != 0) continue;
       const Vector<S> a = rows[i], b = rows[i + d];
-      rows[i] = __builtin_shuffle(a, b, upper);
-      rows[i + d] = __builtin_shuffle(a, b, lower);
+      rows[i] = shuffle<S>(a, b, upper);
+      rows[i + d] = shuffle<S>(a, b, lower);
     }
   }
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "core/errors.hpp"
 #include "core/wind.hpp"
 
@@ -11,25 +13,47 @@ namespace {
 
 constexpr double kSameTime = 1e-6;    // of a step: below it, a grid time and a sample time are the same
 constexpr double kLongestHole = 1.5;  // steps
+constexpr double kMostGridSteps =
+    1000.0;  // of the grid between two samples, our choice: beyond it t_s is not in seconds
 
-double median_step(const std::vector<double>& t) {
-  if (t.size() < 2) return 0.0;
-  std::vector<double> steps(t.size() - 1);
-  for (std::size_t i = 0; i + 1 < t.size(); ++i) steps[i] = t[i + 1] - t[i];
-  std::nth_element(steps.begin(), steps.begin() + steps.size() / 2, steps.end());
-  return steps[steps.size() / 2];
-}
-
+// A run of the times t(k) = first time + k dt, from k = first on.
 struct Grid {
   const std::vector<double>& t;
   double dt_s, longest_hole_s;
+  double first;  // whole
   std::size_t points;
-  double at(std::size_t k) const { return t.front() + static_cast<double>(k) * dt_s; }
+  double at(std::size_t k) const { return t.front() + (first + static_cast<double>(k)) * dt_s; }
   // First sample that is not before `time` (within rounding).
   std::size_t first_from(double time) const {
     return static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), time - kSameTime * dt_s) - t.begin());
   }
 };
+
+// The runs of grid times at which a state can be known: not those within holes, however long these are. Runs that touch
+// are one.
+std::vector<Grid> grids_between_holes(const std::vector<double>& t, double dt_s, double longest_hole_s) {
+  const auto number = [&](double time) { return std::floor((time - t.front()) / dt_s + kSameTime); };
+  struct Run {
+    double first, last;
+  };
+  std::vector<Run> runs;
+  const double last_of_all = number(t.back());
+  for (std::size_t begin = 0; begin < t.size();) {
+    std::size_t end = begin + 1;
+    while (end < t.size() && t[end] - t[end - 1] <= longest_hole_s) ++end;
+    const double first = std::max(0.0, number(t[begin]) - 1.0);
+    const double last = std::min(last_of_all, number(t[end - 1]) + 2.0);
+    if (!runs.empty() && first <= runs.back().last + 1.0)
+      runs.back().last = std::max(runs.back().last, last);
+    else
+      runs.push_back({first, last});
+    begin = end;
+  }
+  std::vector<Grid> grids;
+  for (const Run& run : runs)
+    grids.push_back({t, dt_s, longest_hole_s, run.first, static_cast<std::size_t>(run.last - run.first) + 1});
+  return grids;
+}
 
 // The value at each grid time, linear between the finite samples around it; NaN in a hole.
 std::vector<double> at_grid_times(const Grid& grid, const std::vector<double>& values) {
@@ -86,10 +110,10 @@ std::vector<double> held_means(const Grid& grid, const std::vector<double>& valu
   return result;
 }
 
-// The true wind of each raw sample as from-vector in earth axes.
-std::array<std::vector<double>, 2> raw_true_wind(const Trajectory& trajectory) {
+// The true wind of each raw sample as from-vector in earth axes: x and y.
+std::vector<std::vector<double>> raw_true_wind(const Trajectory& trajectory) {
   const std::size_t n = trajectory.size();
-  std::array<std::vector<double>, 2> wind{std::vector<double>(n), std::vector<double>(n)};
+  std::vector<std::vector<double>> wind(2, std::vector<double>(n));
   const bool is_true = trajectory.has(Channel::wind_speed) && trajectory.has(Channel::wind_dir);
   for (std::size_t i = 0; i < n; ++i) {
     Vec2<double> w;
@@ -107,6 +131,77 @@ std::array<std::vector<double>, 2> raw_true_wind(const Trajectory& trajectory) {
   return wind;
 }
 
+// Rows of numbers at the grid times, in this order: u, v_m, r, psi, x0, y0, actuators, true wind x and y.
+struct Rows {
+  std::vector<std::vector<double>> values;
+  bool has_heading = false, has_position = false, has_wind = false;
+  std::size_t first_actuator = 0, actuators = 0;
+
+  bool complete(std::size_t k) const {
+    return std::none_of(values.begin(), values.end(), [k](const auto& row) { return std::isnan(row[k]); });
+  }
+};
+
+Rows rows_of(const Trajectory& trajectory, std::span<const Channel> actuators,
+             const std::vector<std::vector<double>>& wind, const Grid& grid, StateResampling resampling) {
+  const auto state = [&](Channel channel) {
+    const std::vector<double>& values = trajectory[channel];
+    std::vector<double> result = at_grid_times(grid, values);
+    if (resampling == StateResampling::decimate) return result;
+    // Both ends count, so that the mean belongs to t(k); a short hole is bridged as it is without averaging.
+    const std::vector<double> averaged = means(grid, values, -0.5 * grid.dt_s, 0.5 * grid.dt_s, End::included);
+    for (std::size_t k = 0; k < result.size(); ++k)
+      if (!std::isnan(averaged[k])) result[k] = averaged[k];
+    return result;
+  };
+  Rows rows;
+  for (const Channel channel : {Channel::u, Channel::vm, Channel::r}) rows.values.push_back(state(channel));
+  rows.has_heading = trajectory.has(Channel::psi);
+  rows.has_position = rows.has_heading && trajectory.has(Channel::x0) && trajectory.has(Channel::y0);
+  if (rows.has_heading) rows.values.push_back(state(Channel::psi));
+  if (rows.has_position) {
+    rows.values.push_back(state(Channel::x0));
+    rows.values.push_back(state(Channel::y0));
+  }
+  rows.first_actuator = rows.values.size();
+  rows.actuators = actuators.size();
+  rows.has_wind = !wind.empty();
+  for (const Channel channel : actuators) rows.values.push_back(held_means(grid, trajectory[channel]));
+  for (const std::vector<double>& component : wind) rows.values.push_back(held_means(grid, component));
+  return rows;
+}
+
+// The grid times from begin to end.
+Samples samples_of(const Trajectory& trajectory, const Grid& grid, const Rows& rows, std::size_t begin,
+                   std::size_t end) {
+  const auto n = static_cast<Eigen::Index>(end - begin);
+  const auto row = [&](std::size_t i) {
+    return Eigen::Map<const Eigen::RowVectorXd>(rows.values[i].data() + begin, n);
+  };
+  Samples s;
+  s.recording = trajectory.name;
+  s.file = trajectory.file;
+  s.t0_s = grid.at(begin);
+  s.dt_s = grid.dt_s;
+  s.has_position = rows.has_position;
+  s.has_heading = rows.has_heading;
+  s.eta = Eigen::Matrix3Xd::Zero(3, n);
+  s.nu.resize(3, n);
+  for (int i = 0; i < 3; ++i) s.nu.row(i) = row(i);
+  if (rows.has_heading) s.eta.row(2) = row(3);
+  if (rows.has_position) {
+    s.eta.row(0) = row(4);
+    s.eta.row(1) = row(5);
+  }
+  s.actuators.resize(static_cast<Eigen::Index>(rows.actuators), n);
+  for (std::size_t a = 0; a < rows.actuators; ++a)
+    s.actuators.row(static_cast<Eigen::Index>(a)) = row(rows.first_actuator + a);
+  s.true_wind = Eigen::Matrix2Xd::Zero(2, n);
+  if (rows.has_wind)
+    for (int i = 0; i < 2; ++i) s.true_wind.row(i) = row(rows.first_actuator + rows.actuators + i);
+  return s;
+}
+
 }  // namespace
 
 std::vector<Samples> resample(const Trajectory& trajectory, std::span<const Channel> actuators, bool with_wind,
@@ -121,73 +216,29 @@ std::vector<Samples> resample(const Trajectory& trajectory, std::span<const Chan
                      "no wind: expected the columns wind_speed_mps and wind_dir_deg, or app_wind_speed_mps and "
                      "app_wind_dir_deg");
   if (with_wind) require(Channel::psi);
+  for (const Channel channel : {Channel::u, Channel::vm, Channel::r}) require(channel);
+  for (const Channel channel : actuators) require(channel);
 
   const std::vector<double>& t = trajectory[Channel::t];
   if (t.size() < 2) return {};
-  const double hole = kLongestHole * std::max(dt_s, median_step(t));
-  const Grid grid{t, dt_s, hole, static_cast<std::size_t>((t.back() - t.front()) / dt_s + kSameTime) + 1};
-
-  const auto state = [&](Channel channel) {
-    const std::vector<double>& values = trajectory[channel];
-    std::vector<double> result = at_grid_times(grid, values);
-    if (resampling == StateResampling::decimate) return result;
-    // Both ends count, so that the mean belongs to t(k); a short hole is bridged as it is without averaging.
-    const std::vector<double> averaged = means(grid, values, -0.5 * dt_s, 0.5 * dt_s, End::included);
-    for (std::size_t k = 0; k < result.size(); ++k)
-      if (!std::isnan(averaged[k])) result[k] = averaged[k];
-    return result;
-  };
-  std::vector<std::vector<double>> rows;
-  for (const Channel channel : {Channel::u, Channel::vm, Channel::r}) {
-    require(channel);
-    rows.push_back(state(channel));
-  }
-  const bool has_heading = trajectory.has(Channel::psi);
-  const bool has_position = has_heading && trajectory.has(Channel::x0) && trajectory.has(Channel::y0);
-  if (has_heading) rows.push_back(state(Channel::psi));
-  if (has_position) {
-    rows.push_back(state(Channel::x0));
-    rows.push_back(state(Channel::y0));
-  }
-  const std::size_t first_actuator = rows.size();
-  for (const Channel channel : actuators) rows.push_back(held_means(grid, require(channel)));
-  if (with_wind)
-    for (const std::vector<double>& component : raw_true_wind(trajectory)) rows.push_back(held_means(grid, component));
-
+  const double sample_s = sampling_time_s(trajectory);
+  if (sample_s > kMostGridSteps * dt_s)
+    throw InputError(
+        trajectory.file, 1, "column 't_s'",
+        fmt::format("sampled every {:.6g} s; expected at most {} time steps of {} s between two samples: is "
+                    "it in seconds?",
+                    sample_s, kMostGridSteps, dt_s));
+  const std::vector<std::vector<double>> wind =
+      with_wind ? raw_true_wind(trajectory) : std::vector<std::vector<double>>();
   std::vector<Samples> stretches;
-  const auto complete = [&](std::size_t k) {
-    return std::none_of(rows.begin(), rows.end(), [k](const auto& row) { return std::isnan(row[k]); });
-  };
-  for (std::size_t begin = 0; begin < grid.points;) {
-    std::size_t end = begin;
-    while (end < grid.points && complete(end)) ++end;
-    if (end - begin >= 2) {
-      const auto n = static_cast<Eigen::Index>(end - begin);
-      const auto row = [&](std::size_t i) { return Eigen::Map<const Eigen::RowVectorXd>(rows[i].data() + begin, n); };
-      Samples s;
-      s.recording = trajectory.name;
-      s.file = trajectory.file;
-      s.t0_s = grid.at(begin);
-      s.dt_s = dt_s;
-      s.has_position = has_position;
-      s.has_heading = has_heading;
-      s.eta = Eigen::Matrix3Xd::Zero(3, n);
-      s.nu.resize(3, n);
-      for (int i = 0; i < 3; ++i) s.nu.row(i) = row(i);
-      if (has_heading) s.eta.row(2) = row(3);
-      if (has_position) {
-        s.eta.row(0) = row(4);
-        s.eta.row(1) = row(5);
-      }
-      s.actuators.resize(static_cast<Eigen::Index>(actuators.size()), n);
-      for (std::size_t a = 0; a < actuators.size(); ++a)
-        s.actuators.row(static_cast<Eigen::Index>(a)) = row(first_actuator + a);
-      s.true_wind = Eigen::Matrix2Xd::Zero(2, n);
-      if (with_wind)
-        for (int i = 0; i < 2; ++i) s.true_wind.row(i) = row(first_actuator + actuators.size() + i);
-      stretches.push_back(std::move(s));
+  for (const Grid& grid : grids_between_holes(t, dt_s, kLongestHole * std::max(dt_s, sample_s))) {
+    const Rows rows = rows_of(trajectory, actuators, wind, grid, resampling);
+    for (std::size_t begin = 0; begin < grid.points;) {
+      std::size_t end = begin;
+      while (end < grid.points && rows.complete(end)) ++end;
+      if (end - begin >= 2) stretches.push_back(samples_of(trajectory, grid, rows, begin, end));
+      begin = end + 1;
     }
-    begin = end + 1;
   }
   return stretches;
 }

@@ -34,8 +34,8 @@ enum class StateResampling {
 /// States are taken as `resampling` says. Actuators and wind are means over [t(k), t(k+1)), so that a zero-order hold
 /// keeps their effect; the mean of wind is that of its vector. An apparent wind alone is turned into the true wind
 /// with the recorded heading and velocity. A hole of at most 1.5 steps (of the grid or of the recording, whichever is
-/// longer) is bridged: states linearly, inputs by holding; a longer one ends the stretch. Stretches shorter than two
-/// points are left out.
+/// longer) is bridged: states linearly, inputs by holding; a longer one ends the stretch, and costs nothing however
+/// long it is. Stretches shorter than two points are left out.
 ///   actuators  channels to sample; a missing one is an InputError
 ///   with_wind  whether the wind is needed; its absence (or that of the heading) is then an InputError
 std::vector<Samples> resample(const Trajectory& trajectory, std::span<const Channel> actuators, bool with_wind,

@@ -25,12 +25,19 @@ enum class Channel : std::size_t {
   n_bt,
   n_st,
   i_bt,
+  n_az1,
+  az1,
+  n_az2,
+  az2,
   wind_speed,
   wind_dir,
   app_wind_speed,
   app_wind_dir,
 };
-inline constexpr std::size_t kChannelCount = 18;
+inline constexpr std::size_t kChannelCount = 22;
+
+/// What an actuator does: it steers, it drives the ship, it pushes sideways, it turns a thrust round and round.
+enum class Role { none, rudder, propulsion, thruster, azimuth };
 
 enum class Quantity { time, length, speed, angle, angular_rate, revolutions, ratio };
 
@@ -39,6 +46,7 @@ struct ChannelInfo {
   std::string_view name;  ///< column name without its unit
   Quantity quantity;
   std::string_view unit;  ///< unit suffix that writers use; empty for a ratio
+  Role role = Role::none;
 };
 
 /// All channels in the order in which writers put the columns.
@@ -50,13 +58,17 @@ inline constexpr std::array<ChannelInfo, kChannelCount> kChannels{{
     {Channel::x0, "x0", Quantity::length, "m"},
     {Channel::y0, "y0", Quantity::length, "m"},
     {Channel::psi, "psi", Quantity::angle, "deg"},
-    {Channel::delta, "delta", Quantity::angle, "deg"},
-    {Channel::delta_p, "delta_p", Quantity::angle, "deg"},
-    {Channel::delta_s, "delta_s", Quantity::angle, "deg"},
-    {Channel::n_p, "n_p", Quantity::revolutions, "rps"},
-    {Channel::n_bt, "n_bt", Quantity::revolutions, "rps"},
-    {Channel::n_st, "n_st", Quantity::revolutions, "rps"},
-    {Channel::i_bt, "i_bt", Quantity::ratio, ""},
+    {Channel::delta, "delta", Quantity::angle, "deg", Role::rudder},
+    {Channel::delta_p, "delta_p", Quantity::angle, "deg", Role::rudder},
+    {Channel::delta_s, "delta_s", Quantity::angle, "deg", Role::rudder},
+    {Channel::n_p, "n_p", Quantity::revolutions, "rps", Role::propulsion},
+    {Channel::n_bt, "n_bt", Quantity::revolutions, "rps", Role::thruster},
+    {Channel::n_st, "n_st", Quantity::revolutions, "rps", Role::thruster},
+    {Channel::i_bt, "i_bt", Quantity::ratio, "", Role::thruster},
+    {Channel::n_az1, "n_az1", Quantity::revolutions, "rps", Role::propulsion},
+    {Channel::az1, "az1", Quantity::angle, "deg", Role::azimuth},
+    {Channel::n_az2, "n_az2", Quantity::revolutions, "rps", Role::propulsion},
+    {Channel::az2, "az2", Quantity::angle, "deg", Role::azimuth},
     {Channel::wind_speed, "wind_speed", Quantity::speed, "mps"},
     {Channel::wind_dir, "wind_dir", Quantity::angle, "deg"},
     {Channel::app_wind_speed, "app_wind_speed", Quantity::speed, "mps"},
@@ -64,8 +76,9 @@ inline constexpr std::array<ChannelInfo, kChannelCount> kChannels{{
 }};
 
 /// The channels that move the ship, in column order.
-inline constexpr std::array<Channel, 7> kActuatorChannels{
-    Channel::delta, Channel::delta_p, Channel::delta_s, Channel::n_p, Channel::n_bt, Channel::n_st, Channel::i_bt};
+inline constexpr std::array<Channel, 11> kActuatorChannels{
+    Channel::delta, Channel::delta_p, Channel::delta_s, Channel::n_p,   Channel::n_bt, Channel::n_st,
+    Channel::i_bt,  Channel::n_az1,   Channel::az1,     Channel::n_az2, Channel::az2};
 
 constexpr const ChannelInfo& info(Channel channel) { return kChannels[static_cast<std::size_t>(channel)]; }
 
@@ -76,6 +89,14 @@ std::string si_name(Channel channel);
 
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
+/// The longest time between two samples that follow one another; `line` is that of the second, 0 where no file was
+/// read.
+struct LongestStep {
+  std::size_t line = 0;
+  double from_s = 0.0, to_s = 0.0;
+  double length_s() const { return to_s - from_s; }
+};
+
 /// A recording, simulation or truth: one vector per channel, SI and radians, NaN where a sample is missing. All
 /// present channels have the same length; an empty vector is an absent channel. Time increases strictly, the
 /// heading is unwrapped.
@@ -84,6 +105,7 @@ struct Trajectory {
   std::string file;                                     ///< as the user named it, for messages
   std::vector<std::string> ignored_columns;             ///< columns of the file that no tool knows
   std::vector<std::vector<std::string>> ignored_texts;  ///< what stands in them; empty unless the reader was to keep it
+  LongestStep longest_step;
   std::array<std::vector<double>, kChannelCount> columns;
 
   std::vector<double>& operator[](Channel channel) { return columns[static_cast<std::size_t>(channel)]; }
@@ -95,6 +117,26 @@ struct Trajectory {
            (has(Channel::app_wind_speed) && has(Channel::app_wind_dir));
   }
 };
+
+/// The usual time between two samples: the median; 0 for fewer than two.
+double sampling_time_s(const Trajectory& trajectory);
+
+/// Whether the clock of a recording jumps: one step is longer than all others together, and than ten usual ones.
+bool clock_jumps(const Trajectory& trajectory);
+/// "from 30 s to 1.7e+09 s in one step, while all others last 59 s": where clock_jumps().
+std::string jump_text(const Trajectory& trajectory);
+
+/// A piece of time.
+struct TimeSpan {
+  double from_s = 0.0, to_s = 0.0;
+};
+/// No recording goes on after so long a pause: its clock was set. Our choice, 115 days.
+inline constexpr double kLongestPause_s = 1e7;
+/// A recording's time without pauses beyond kLongestPause_s, so that what is made per second of a recording is not made
+/// of these; mostly one span. None for an empty recording.
+std::vector<TimeSpan> spans_between_jumps(const Trajectory& trajectory);
+/// The mean time between two samples of one span; 0 for fewer than two.
+double mean_sampling_time_s(const Trajectory& trajectory);
 
 /// Makes an angle history continuous in place: neighbors differ by less than half a turn; NaN is passed over.
 void unwrap(std::vector<double>& angle);

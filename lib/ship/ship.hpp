@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "ship/actuators.hpp"
-#include "ship/coefficients.hpp"
+#include "forces/actuators.hpp"
+#include "forces/registry.hpp"
 #include "ship/residual_network.hpp"
 
 namespace leeway {
@@ -19,7 +19,7 @@ struct EffectEntry {
   std::string file, pointer;                                              ///< where it stands, for messages
 };
 
-/// What a coefficient, or a group of them, is multiplied by; forces/coefficient_factors.hpp knows the names.
+/// What a coefficient, or a group of them, is multiplied by; dynamics/coefficient_factors.hpp knows the names.
 struct CoefficientFactor {
   std::string name;
   double factor = 1.0;
@@ -31,16 +31,9 @@ struct PartSource {
 };
 
 /// A ship as its JSON describes it: complete and checked. SI and radians.
-struct Ship {
+struct Ship : ShipCoefficients {
   std::string name, description, file;
-  double scale = 1.0;  ///< length of the full-scale ship by this one's
-  Particulars particulars;
-  InertiaCoefficients<double> inertia;
-  HullCoefficients hull;
-  PropellerCoefficients propeller;
-  RudderCoefficients rudder;
-  std::vector<ThrusterCoefficients> thrusters;
-  std::optional<WindCoefficients> wind;
+  double scale = 1.0;               ///< length of the full-scale ship by this one's
   std::vector<Actuator> actuators;  ///< every channel that a module reads, each once
   std::vector<EffectEntry> effects;
   std::vector<CoefficientFactor> coefficient_factors;
@@ -61,7 +54,13 @@ struct Ship {
   Actuators<double> initial_actuators() const;
   /// Multiplies coefficients, also such as have a factor already.
   void multiply(const std::vector<CoefficientFactor>& factors);
-  bool has_twin_rudders() const { return std::holds_alternative<VectwinRuddersCoefficients<double>>(rudder); }
+  /// The actuators that drive the ship: its propeller, or the thrusters that do so.
+  std::vector<Actuator> propulsion() const;
+  /// The same revolutions for all of them [1/s].
+  void order_propulsion(double n, Actuators<double>& command) const;
+  bool has_twin_rudders() const {
+    return has([]<typename M>() { return HasTwinRudders<M>; });
+  }
   /// C_b as the mass implies it: m' L/(2 B).
   double block_coefficient() const { return inertia.m * particulars.L_pp / (2.0 * particulars.B); }
 };
@@ -71,7 +70,9 @@ struct Ship {
 /// actuator, and for an actuator that no module reads; UsageError for a name that is not shipped.
 Ship read_ship(const std::string& name_or_path);
 
-/// Reads one effect (a JSON object with "type") or an array of them, for Ship::effects.
+/// One effect, a JSON object with "type", for Ship::effects.
+EffectEntry parse_effect(const io::JsonObject& json);
+/// Reads one effect or an array of them.
 std::vector<EffectEntry> read_effects(const std::string& path);
 
 }  // namespace leeway

@@ -23,6 +23,13 @@ ACTUATORS = {
         "n_p": (r"$n_P$", BLUE, "-"),
         "n_bt": (r"$n_{BT}$", VERMILLION, "--"),
         "n_st": (r"$n_{ST}$", GREEN, ":"),
+        "n_az1": (r"$n_{az1}$", BLUE, "-"),
+        "n_az2": (r"$n_{az2}$", VERMILLION, "--"),
+    },
+    "pitch current [-]": {"i_bt": (r"$i_{BT}$", VERMILLION, "-")},
+    "azimuth [deg]": {
+        "az1": (r"az$_1$", BLUE, "-"),
+        "az2": (r"az$_2$", VERMILLION, "--"),
     },
 }
 VELOCITIES = {"u": "$u$ [m/s]", "vm": "$v_m$ [m/s]", "r": "$r$ [deg/s]"}

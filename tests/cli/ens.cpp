@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "ensemble.hpp"
 #include "io/json.hpp"
@@ -38,13 +39,6 @@ std::size_t column(const std::vector<std::string>& header, const std::string& na
   const auto at = std::find(header.begin(), header.end(), name);
   REQUIRE(at != header.end());
   return static_cast<std::size_t>(at - header.begin());
-}
-
-void replace(const std::string& file, const std::string& what, const std::string& with) {
-  std::string text = io::read_text(file);
-  const std::size_t at = text.find(what);
-  REQUIRE(at != std::string::npos);
-  io::write_text(file, text.replace(at, what.size(), with));
 }
 
 }  // namespace
@@ -104,7 +98,7 @@ TEST_CASE("ens-train: the same bytes with one thread or two, and member by membe
   for (const std::string name : {"member-00.json", "member-03.json"}) CHECK(five.at(name) == one.at(name));
 }
 
-TEST_CASE("ens-train: a checkpoint of any epoch goes on to the same bytes", "[cli][ens]") {
+TEST_CASE("ens-train: a checkpoint of any epoch continues to the same bytes", "[cli][ens]") {
   const TemporaryFolder folder;
   write_ensemble_inputs(folder);
   done(folder, kTrain + "tiny.json --members 1 -o whole");
@@ -162,7 +156,8 @@ TEST_CASE("ens-train: data that cannot train anything end with 3", "[cli][ens]")
   refused(still, "rec.csv: no actuator column varies and there is no wind");
   refused(straight, "rec.csv: 'vm_mps' never varies in the training data");
   refused(varied, "rec.csv: too little data: no stretch has the 5 points of 1 s that the initial-state network sees");
-  check_refused(folder, "ens-train data/train/train-r-01.csv rec.csv --config tiny.json -o model", 3,
+  folder.write("varied.csv", header + varied);  // read after the other, by its name
+  check_refused(folder, "ens-train data/train/train-r-01.csv varied.csv --config tiny.json -o model", 3,
                 "data/train/train-r-01.csv:1: no column 'delta_deg', which is needed here");
   // A recording shorter than a window trains with the length that it has.
   folder.write("rec.csv", header + varied);
@@ -215,6 +210,33 @@ TEST_CASE("ens-train: a wrong command line ends with 2, a folder that cannot be 
   CHECK_FALSE(std::filesystem::exists(folder / "model"));
 }
 
+TEST_CASE("ens-train: the order of the files on the command line changes nothing", "[cli][ens]") {
+  const TemporaryFolder folder;
+  write_ensemble_inputs(folder);
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "data/train"))
+    if (entry.is_regular_file()) files.push_back("data/train/" + entry.path().filename().string());
+  REQUIRE(files.size() == 2);
+  const std::string train = "ens-train --config tiny.json --quiet -o ";
+  const std::string one = fmt::format(" {} {}", files[0], files[1]), other = fmt::format(" {} {}", files[1], files[0]);
+  done(folder, train + "one" + one);
+  done(folder, train + "other" + other);
+  for (int member = 0; member < 4; ++member) {
+    const std::string name = fmt::format("/member-{:02d}.json", member);
+    CHECK(io::read_text(folder / ("one" + name)) == io::read_text(folder / ("other" + name)));
+  }
+  auto described = io::read_json(folder / "one/ensemble.json"),
+       described_too = io::read_json(folder / "other/ensemble.json");
+  for (io::Json* json : {&described, &described_too}) (*json)["provenance"].erase("command");
+  CHECK(described == described_too);
+  done(folder, train + "one --resume" + other);
+
+  check_refused(folder, train + "twice " + files[0] + " ./" + files[0], 2, "has the same name as");
+  std::filesystem::copy_file(folder / files[0], folder / "copy.csv");
+  CHECK_THAT(done(folder, "ens-train --config tiny.json -o copied copy.csv" + one).err,
+             Contains("holds the same bytes as copy.csv; what they record weighs twice in the training"));
+}
+
 TEST_CASE("ens-train: a dataset without its set named gets a warning, since it may hold the tests", "[cli][ens]") {
   const TemporaryFolder folder;
   write_ensemble_inputs(folder);
@@ -233,6 +255,38 @@ TEST_CASE("ens-train: members of different kernels are used with a warning", "[c
   CHECK_THAT(trained.out + trained.err, Contains("warning: member 1 is kept as kernel 'an older "));
   const Outcome predicted = done(folder, "ens-predict model 'data/dataset.json#test' --particles 1");
   CHECK_THAT(predicted.err, Contains("warning: the members were trained on different kernels (an older "));
+}
+
+TEST_CASE("ens-train, ens-predict, pd-sweep: avx2 and avx512 give the same numbers", "[cli][ens]") {
+  const TemporaryFolder folder;
+  write_ensemble_inputs(folder);
+  folder.write("batch.json", replaced(config(6), "\"batch_size\": 2", "\"batch_size\": 3"));
+  const std::string train = kTrain + "batch.json --kernel ";
+  if (run(folder, train + "avx512 -o wide").exit_code == 2) {
+    WARN("SKIPPED: this processor lacks AVX-512");
+    return;
+  }
+  done(folder, train + "avx2 -o narrow");
+  const auto numbers_of = [&](const std::string& model, int member) {
+    const std::string name = fmt::format("/member-{:02d}.json", member);
+    const std::string kernel = model == "wide" ? "avx512" : "avx2";
+    return replaced(io::read_text(folder / (model + name)), "\"kernel\":\"" + kernel + "\"", "");
+  };
+  for (int member = 0; member < 4; ++member) CHECK(numbers_of("narrow", member) == numbers_of("wide", member));
+  for (const std::string use : {"ens-predict wide 'data/dataset.json#test' --particles 5",
+                                "ens-predict wide 'data/dataset.json#test' --particles 37 --sampling ts1",
+                                "pd-sweep wide --ship vectwin-3m --kp 20,60 --kd 20,60 --duration-s 20"}) {
+    CAPTURE(use);
+    const Outcome narrow = done(folder, use + " --kernel avx2"), wide = done(folder, use + " --kernel avx512");
+    CHECK(narrow.out == wide.out);
+    CHECK(narrow.err.find("kernel") == std::string::npos);
+  }
+  // Members of both, and one that goes on with the other kernel, need no warning.
+  std::filesystem::rename(folder / "narrow/member-01.json", folder / "wide/member-01.json");
+  const std::string goes_on = "ens-train data/dataset.json#train --config batch.json -o wide --resume --kernel avx512";
+  CHECK(done(folder, goes_on).err.find("kernel") == std::string::npos);
+  CHECK(done(folder, "ens-predict wide 'data/dataset.json#test' --particles 1").err.find("kernel") ==
+        std::string::npos);
 }
 
 TEST_CASE("ens-predict: rows are sequences x steps x particles, and say which member moved the particle",
@@ -323,28 +377,6 @@ TEST_CASE("ens-predict: what it cannot use or write is refused", "[cli][ens]") {
   check_refused(folder, predict, 4, "model/member-03.json: is not trained yet; run ens-train with --member 3");
 }
 
-TEST_CASE("ens-predict: a model directory that was tampered with ends with 3", "[cli][ens]") {
-  const TemporaryFolder folder;
-  prepare_model(folder);
-  folder.write("rec.csv", "t_s,u_mps,vm_mps,r_degps\n0,1,0,0\n1,1,0,0\n");
-  const auto refused = [&](const std::string& file, const std::string& what, const std::string& with,
-                           const std::string& message) {
-    const std::string good = io::read_text(folder / "model/" + file);
-    replace(folder / "model/" + file, what, with);
-    check_refused(folder, "ens-predict model rec.csv", 3, "model/" + file + message);
-    io::write_text(folder / "model/" + file, good);
-  };
-  refused("ensemble.json", "leeway ensemble 1", "leeway ensemble 2", ": /format: expected \"leeway ensemble 1\"");
-  refused("ensemble.json", "\"seed\": 1", "\"seed\": \"one\"", ": /training/seed: expected a whole number >= 0");
-  refused("ensemble.json", "\"members\": [", "\"members\": [], \"was\": [", ": /members: expected at least one member");
-  refused("ensemble.json", "delta_p_deg", "delta_q_deg",
-          ": /training/actuators: unknown actuator column 'delta_q_deg'");
-  refused("member-00.json", "\"bias\":[", "\"bias\":[0.5,", ": does not fit the ensemble: rows of layer 0");
-  refused("member-00.json", "\"output_sd\":[\"", "\"output_sd\":[\"-", ": does not fit the ensemble: output_sd");
-  refused("member-00.json", "\"dynamics\":", "\"dynamic\":", ": not a member file of this version");
-  refused("member-00.json", "}\n", "", ": not a member file of this version");
-}
-
 TEST_CASE("pd-sweep: one row for each gain pair, and the true ship does not depend on the seed", "[cli][ens]") {
   const TemporaryFolder folder;
   prepare_model(folder);
@@ -379,7 +411,7 @@ TEST_CASE("pd-sweep: the runs of each gain pair go to a folder", "[cli][ens]") {
   done(folder,
        "pd-sweep model --ship vectwin-3m --kp 20:60:20 --kd 20,60 --duration-s 20 --dt-s 0.2 --trajectories runs -o "
        "s.csv");
-  CHECK(files_of(folder / "runs").size() == 6);
+  CHECK(files_of(folder / "runs").size() == 6 + 1);  // with their index
   const auto rows = rows_of(io::read_text(folder / "runs/kp40_kd60.csv"));
   REQUIRE(rows.size() == 1 + 5 * 21);
   CHECK(rows[0] == std::vector<std::string>{"model", "t_s", "x0_m", "y0_m", "psi_deg", "u_mps", "vm_mps", "r_degps",
@@ -401,7 +433,7 @@ TEST_CASE("pd-sweep: a wrong command line ends with 2", "[cli][ens]") {
   check_refused(folder, sweep + "--use-members 5", 2, "--use-members 5: model has 4 members");
   check_refused(folder, "pd-sweep model --ship esso-osaka-3m", 2, "the ensemble needs 'delta_p_deg', which the ship");
   check_refused(folder, "pd-sweep model --ship none-such", 2,
-                "shipped: esso-osaka-3m, kvlcc2-full, kvlcc2-l7, vectwin-150m, vectwin-3m");
+                "shipped: esso-osaka-3m, ferry-40m, kvlcc2-full, kvlcc2-l7, vectwin-150m, vectwin-3m");
   check_refused(folder, "pd-sweep none-such --ship vectwin-3m", 4, "none-such/ensemble.json: cannot be opened");
   check_refused(folder, sweep + "--kp 20 --kd 20 -o no/such.csv", 4, "no/such.csv: cannot be written");
   if (std::filesystem::exists("/dev/full"))
@@ -476,4 +508,17 @@ TEST_CASE("ens-train --base: what cannot be a base, or is another one, is refuse
   check_refused(folder, predict, 3, "model/base-ship.json: is not the ship 'vectwin-3m' that the members were trained");
   std::filesystem::remove(folder / "model/base-ship.json");
   check_refused(folder, predict, 4, "model/base-ship.json: cannot be opened");
+}
+
+TEST_CASE("ens-train: a training with other epochs than the paper's does not say that it follows the paper",
+          "[cli][ens]") {
+  const TemporaryFolder folder;
+  write_ensemble_inputs(folder);
+  done(folder, "ens-train data/dataset.json#train --config model-scale --epochs 1 --members 1 --quiet -o short");
+  const io::Json header = io::read_json(folder / "short/ensemble.json");
+  CHECK(header["training"]["config"]["epochs"] == 1);
+  CHECK_FALSE(header["training"]["config"].contains("follows"));
+  folder.write("wrong.json", R"({"follows": "paper", "epochs": 150})");
+  check_refused(folder, "ens-train data/dataset.json#train --config wrong.json -o wrong", 3,
+                "wrong.json: /follows: 'paper', but time_step_s, sigma or epochs differs from the paper's");
 }

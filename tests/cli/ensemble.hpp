@@ -58,6 +58,18 @@ inline void check_refused(const TemporaryFolder& folder, const std::string& comm
   CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
 }
 
+/// A text with its first `what`, which it must hold, replaced.
+inline std::string replaced(std::string text, const std::string& what, const std::string& with) {
+  const std::size_t at = text.find(what);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, what.size(), with);
+}
+
+/// The same in a file.
+inline void replace(const std::string& file, const std::string& what, const std::string& with) {
+  io::write_text(file, replaced(io::read_text(file), what, with));
+}
+
 inline std::map<std::string, std::string> files_of(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))

@@ -142,8 +142,8 @@ TEST_CASE("errors: a JSON file that is wrong ends with 3 and points to the place
              {"misspelled key", R"({"t_s": "t_s", "u_msp": "u_mps"})", 3, ": /u_msp: unknown column name"},
              {"misspelled inner key", R"({"u_mps": {"form": "u"}})", 3, ": /u_mps/from: missing, expected a text"},
              {"wrong type", R"({"u_mps": 5})", 3, ": /u_mps: expected a text, got 5"},
-             {"key twice", R"({"u_mps": "a", "u_mps": "b"})", 3, ": key 'u_mps' stands twice"},
-             {"not an object", "[1]", 3, ": expected an object, got [1]"}});
+             {"key twice", R"({"u_mps": "a", "u_mps": "b"})", 3, ":1:16: /u_mps: the key stands twice"},
+             {"not an object", "[1]", 3, ":1:1: expected an object, got [1]"}});
   check_all(kDatasetReaders, "dataset.json",
             {{"misspelled key", R"({"sets": [{"name": "a", "recordings": [{"file": "good/rec.csv", "thruth": "x"}]}]})",
               3, ": /sets/0/recordings/0/thruth: unknown key; known here: "},
@@ -203,7 +203,7 @@ TEST_CASE("errors: an output that cannot be written ends with 4 and leaves nothi
 
 TEST_CASE("errors: a full disk ends with 4", "[cli][errors]") {
   if (!std::filesystem::exists("/dev/full")) {
-    WARN("skipped: no /dev/full on this system");
+    WARN("SKIPPED: no /dev/full on this system");
     return;
   }
   for (const Reader& writer : kWriters) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "io/json.hpp"
 #include "run.hpp"
@@ -72,4 +73,50 @@ TEST_CASE("eval-metrics: help and version go to the standard output", "[cli][eva
   CHECK_THAT(help.out, Contains("--per-step") && Contains("--sigma-r-degps") && Contains("=0.1"));
   CHECK(version.exit_code == 0);
   CHECK(version.out == "leeway " LEEWAY_VERSION "\n");
+}
+
+TEST_CASE("eval-metrics: what predictions are laid beside and start from is said, of folders as of pipes",
+          "[cli][eval-metrics]") {
+  const TemporaryFolder folder;
+  folder.write("spec.json", R"({"ship": "vectwin-3m", "noise": "paper-model-scale", "sets": [
+    {"name": "test", "runs": [{"maneuver": "turning", "rudder_deg": [20, 30], "duration_s": 30}]}]})");
+  REQUIRE(run(folder, "mmg-sim dataset spec.json -o data --quiet").exit_code == 0);
+  const auto said = [&](const std::string& command) {
+    const Outcome outcome = run(folder, command);
+    CAPTURE(command, outcome.err);
+    REQUIRE(outcome.exit_code == 0);
+    const io::Json json = io::parse_json(outcome.out, "stdout")["datasets"][0];
+    return json["against"].get<std::string>() + ", from " + json["initial_state"].get<std::string>();
+  };
+  const std::string hold = "ens-predict --baseline hold data/dataset.json --steps 10 --quiet ";
+  const std::string score = "eval-metrics - --quiet --truth ", all = "data/dataset.json";
+  CHECK(said(hold + "| " + score + all) == "truth, from truth");
+  CHECK(said(hold + "--initial-state observed | " + score + all + " --against observations") ==
+        "observations, from observations");
+  CHECK(said(hold + "--initial-state observed | " + score + all) == "truth, from unstated");
+  CHECK(said(hold + "-o pred && eval-metrics pred --quiet --against observations --truth " + all) ==
+        "observations, from truth");
+  CHECK(said(hold + "--initial-state observed -o seen && eval-metrics seen --quiet --truth " + all) ==
+        "truth, from observations");
+  CHECK(said("mmg-sim replay --ship vectwin-3m " + all +
+             " --prediction --restart-steps 10 --quiet -o replayed && "
+             "eval-metrics replayed --quiet --truth " +
+             all) == "truth, from observations");
+  // Files alone: a folder `truth` says it, otherwise the command line does, or nobody.
+  CHECK(said(hold + "| " + score + "data/test/truth/*.csv") == "truth, from truth");
+  CHECK(said(hold + "| " + score + "data/test/*.csv") == "unstated, from unstated");
+  CHECK(said(hold + "| " + score + "data/test/*.csv --against observations") == "observations, from unstated");
+
+  const Outcome table = run(folder, hold + "| eval-metrics - --truth " + all);
+  CHECK_THAT(table.err, Contains("laid beside: truth; initial states: truth"));
+  const Outcome wrong = run(folder, hold + "| " + score + "data/test/truth/*.csv --against observations");
+  CHECK(wrong.exit_code == 2);
+  CHECK_THAT(wrong.err, Contains("lies in a folder of truths; observations were asked for"));
+  folder.write(
+      "data/plain.json",
+      R"({"sets": [{"name": "test", "recordings": [{"file": "test/test-t20.csv"}, {"file": "test/test-t30.csv"}]}]})");
+  const Outcome lacking = run(folder, hold + "| " + score + "data/plain.json --against truth");
+  CHECK(lacking.exit_code == 3);
+  CHECK_THAT(lacking.err, Contains("data/plain.json: lists no truth of data/test/test-t20.csv"));
+  CHECK(said(hold + "| " + score + "data/plain.json") == "observations, from unstated");
 }

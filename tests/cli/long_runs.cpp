@@ -1,9 +1,10 @@
-// Trainings that are killed, stopped, displaced or out of disk, and go on.
+// Trainings that are killed, stopped, displaced or out of disk, and continue.
 
 #include <chrono>
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/random.hpp"
 #include "ensemble.hpp"
@@ -28,7 +29,7 @@ std::map<std::string, std::string> results_of(const std::string& folder) {
   return files;
 }
 
-// Kills a training at random moments and lets it go on; each time that it is done it has the bytes of an undisturbed
+// Kills a training at random moments and lets it continue; each time that it is done it has the bytes of an undisturbed
 // one, and begins anew.
 void kill_and_resume(int kills) {
   const TemporaryFolder folder;
@@ -77,9 +78,9 @@ std::string begun(const std::string& train) {
 
 }  // namespace
 
-TEST_CASE("ens-train: killed at random moments, it goes on to the same bytes", "[cli][ens]") { kill_and_resume(12); }
+TEST_CASE("ens-train: killed at random moments, it continues to the same bytes", "[cli][ens]") { kill_and_resume(12); }
 
-TEST_CASE("ens-train: killed 300 times at random moments, it goes on to the same bytes", "[cli][ens][slow]") {
+TEST_CASE("ens-train: killed 300 times at random moments, it continues to the same bytes", "[cli][ens][slow]") {
   kill_and_resume(300);
 }
 
@@ -96,25 +97,35 @@ TEST_CASE("ens-train: what a kill leaves half written is removed", "[cli][ens]")
   CHECK(files_of(folder / "model") == files_of(folder / "whole"));
 }
 
-TEST_CASE("ens-train: SIGTERM and SIGINT write a checkpoint and say how to go on", "[cli][ens]") {
+TEST_CASE("ens-train: SIGTERM, SIGINT and SIGHUP write a checkpoint and say how to continue", "[cli][ens]") {
   const TemporaryFolder folder;
   write_long_training(folder, 6000);
   const std::string train = kTrain + "long.json --members 2 --checkpoint-s 0.1 ";
   done(folder, train + "-o whole");
-  for (const std::string signal : {"TERM", "INT"}) {
+  for (const std::string signal : {"TERM", "INT", "HUP"}) {
     CAPTURE(signal);
-    // A shell without job control starts what is in the background with SIGINT ignored: env puts it back.
-    const std::string asked = "env --default-signal=INT " + train + "-o model --resume";
+    // A shell without job control starts what is in the background with SIGINT ignored: env puts it back. SIGHUP is
+    // ignored where the tests run under nohup.
+    const std::string asked = "env --default-signal=INT,HUP " + train + "-o model --resume";
     const Outcome stopped = run(folder, begun(asked) + "kill -" + signal + " $pid; wait $pid; echo $?");
     CHECK(stopped.out == "1\n");
     CHECK(stopped.err == "ens-train: error: stopped by SIG" + signal +
-                             "; checkpoints are written. The same command with --resume goes on from there\n");
+                             "; checkpoints are written. The same command with --resume continues from there\n");
     CHECK(fs::exists(folder / "model/member-00.checkpoint"));
     CHECK_FALSE(fs::exists(folder / "model/member-00.owner"));
     CHECK_THAT(done(folder, "ens-train --status model").out, Contains("interrupted"));
   }
   done(folder, train + "-o model --resume");
   CHECK(results_of(folder / "model") == results_of(folder / "whole"));
+}
+
+TEST_CASE("ens-train: under nohup a training outlives SIGHUP", "[cli][ens]") {
+  const TemporaryFolder folder;
+  write_long_training(folder, 100000);
+  const std::string asked = "nohup " + kTrain + "long.json --members 1 --checkpoint-s 0.1 -o model";
+  const Outcome stopped = run(folder, begun(asked) + "kill -HUP $pid; sleep 0.5; kill -TERM $pid; wait $pid; echo $?");
+  CHECK(stopped.out == "1\n");
+  CHECK_THAT(stopped.err, Contains("stopped by SIGTERM"));
 }
 
 TEST_CASE("ens-train: a full disk keeps the last good checkpoint", "[cli][ens]") {
@@ -130,7 +141,7 @@ TEST_CASE("ens-train: a full disk keeps the last good checkpoint", "[cli][ens]")
                            "--checkpoint-s 0 -o model --resume 2> errors; code=$?; cat errors; exit $code");
   CHECK(full.exit_code == 4);
   CHECK_THAT(full.out,
-             Contains("warning: model/member-00.checkpoint: cannot be written: File too large; training goes"));
+             Contains("warning: model/member-00.checkpoint: cannot be written: File too large; training continues"));
   CHECK_THAT(full.out, Contains("ens-train: error: model/member-00.json: cannot be written: File too large"));
   CHECK(io::read_text(folder / "model/member-00.checkpoint") == good);
   CHECK(files_of(folder / "model").size() == 2);
@@ -151,6 +162,7 @@ TEST_CASE("ens-train: a file system without room keeps the last good checkpoint"
     )" + begun(kTrain + "long.json --members 1 --checkpoint-s 0 -o model") +
                                     R"(
     kill -9 $pid; wait $pid
+    rm -f disk/model/*.tmp  # half a file of the killed run, which the next one removes: room for its own
     cp model/member-00.checkpoint good
     cat /dev/zero > disk/others 2> errors
     )" + train + R"(--checkpoint-s 0 -o model --resume 2> said; echo $?
@@ -158,7 +170,7 @@ TEST_CASE("ens-train: a file system without room keeps the last good checkpoint"
                                     train + "-o model --resume && cp -r disk/model saved'";
   const Outcome outcome = run(folder, on_small_disk);
   if (outcome.exit_code == 97 || outcome.err.find("unshare") != std::string::npos) {
-    WARN("skipped: this user may not mount a small disk");
+    WARN("SKIPPED: this user may not mount a small disk");
     return;
   }
   CAPTURE(outcome.err, io::read_text(folder / "said"));

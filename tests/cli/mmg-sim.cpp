@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "cli/run.hpp"
 #include "io/json.hpp"
@@ -150,7 +151,7 @@ TEST_CASE("mmg-sim: ships lists every shipped ship with its length and what it i
   CHECK_THAT(extra.err, Contains("all"));
 }
 
-TEST_CASE("mmg-sim: show tells particulars, modules, limits, a straight run and self-propulsion", "[cli][mmg-sim]") {
+TEST_CASE("mmg-sim: show prints particulars, modules, limits, a straight run and self-propulsion", "[cli][mmg-sim]") {
   const Outcome result = run_tool("mmg-sim show kvlcc2-l7");
   CHECK(result.exit_code == 0);
   CHECK(result.err.empty());
@@ -214,6 +215,27 @@ TEST_CASE("mmg-sim: a maneuver that is done ends the run, at a sample", "[cli]")
   CHECK(lines(stop) < 60);
   CHECK_THAT(stop, Contains("\n110,-"));
   CHECK(lines(run_tool("mmg-sim crash-stop --ship esso-osaka-3m --duration-s 30").out) == 32);
+}
+
+TEST_CASE("mmg-sim: a ferry with azimuth thrusters follows a schedule, and its recording is replayed", "[cli]") {
+  const TemporaryFolder folder;
+  const std::string orders =
+      folder.write("o.csv", "t_s,n_az1_rps,az1_deg,n_az2_rps,az2_deg\n0,4,350,3,-200\n60,3,90,,\n");
+  const Outcome run_out = run(folder, "mmg-sim schedule --ship ferry-40m --u0-mps 0 --duration-s 120 o.csv -o r.csv");
+  CHECK(run_out.exit_code == 0);
+  CHECK(run_out.err.empty());
+  const std::string text = read_text(folder / "r.csv");
+  CHECK_THAT(text, StartsWith("t_s,u_mps,vm_mps,r_degps,x0_m,y0_m,psi_deg,n_az1_rps,az1_deg,n_az2_rps,az2_deg,wind_"));
+  CHECK_THAT(text, Contains(",-9.9999999999"));  // the short way to 350 deg
+  const Outcome replayed = run(folder, "mmg-sim replay --ship ferry-40m r.csv -o s.csv");
+  CHECK(replayed.exit_code == 0);
+  CHECK(lines(read_text(folder / "s.csv")) == 122);
+  const Outcome show = run_tool("mmg-sim show ferry-40m");
+  for (const char* part :
+       {"thruster n_az1, azimuth: ", "az2      any angle, at most 15 deg/s", "of each thruster that drives"})
+    CHECK_THAT(show.out, Contains(part));
+  CHECK(run_tool("mmg-sim berthing --ship ferry-40m").exit_code == 2);
+  CHECK(run_tool("mmg-sim turning --ship ferry-40m --duration-s 60 --indices i.json").exit_code == 0);
 }
 
 TEST_CASE("mmg-sim: stochastic wind follows the seed", "[cli]") {
@@ -296,7 +318,7 @@ TEST_CASE("mmg-sim: a dataset holds the other maneuvers and stochastic wind, and
   CHECK_THAT(wind.err, Contains("/sets/0/runs/0/wind/kind"));
 }
 
-TEST_CASE("mmg-sim: berthing follows the seed, tells how it ended, and refuses a ship that cannot do it", "[cli]") {
+TEST_CASE("mmg-sim: berthing follows the seed, reports how it ended, and refuses a ship that cannot do it", "[cli]") {
   const TemporaryFolder folder;
   const std::string command = "mmg-sim berthing --ship vectwin-3m --seed ";
   const Outcome third = run(folder, command + "3 --indices i.json"), again = run(folder, command + "3"),

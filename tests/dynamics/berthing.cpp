@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 
 #include <catch2/catch.hpp>
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
-#include "dynamics/dataset.hpp"
 
 using namespace leeway;
 
@@ -22,7 +20,7 @@ struct Run {
 
 Run berth(const Ship& ship, std::uint64_t seed, double duration_s, const WindProcess& wind = {}) {
   const BerthingPlan plan = draw_berthing(ship, {seed, "plan"});
-  const SimulatedShip start = berthing_start(ship, plan);
+  const SimulatedShip start = ship_at_start(ship, plan.steering);
   const auto pilot = berthing(start.ship, plan, {seed, "pilot"});
   return {plan, simulate(start, *pilot, wind, {0.1, 1.0, duration_s})};
 }
@@ -78,7 +76,7 @@ TEST_CASE("berthing: orders are rounded, come at human intervals and leave the p
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     CAPTURE(seed);
     const BerthingPlan plan = draw_berthing(ship, {seed, "plan"});
-    SimulatedShip ahead = berthing_start(ship, plan);
+    SimulatedShip ahead = ship_at_start(ship, plan.steering);
     const auto pilot = berthing(ship, plan, {seed, "pilot"});
     Actuators<double> command = ahead.actuators;
     double last_order_s = 0.0;
@@ -112,7 +110,7 @@ TEST_CASE("berthing: the same seed gives the same run, another one another", "[d
   CHECK(once.trajectory[Channel::u] == again.trajectory[Channel::u]);
   CHECK(once.trajectory[Channel::delta_p] == again.trajectory[Channel::delta_p]);
   CHECK(once.trajectory[Channel::psi] != other.trajectory[Channel::psi]);
-  CHECK(once.plan.start != other.plan.start);
+  CHECK(once.plan.steering.start != other.plan.steering.start);
 }
 
 TEST_CASE("berthing: a full-scale plan is the model's in Froude's scale, and full-scale pilots reach the berth",
@@ -123,10 +121,10 @@ TEST_CASE("berthing: a full-scale plan is the model's in Froude's scale, and ful
     CAPTURE(seed);
     const BerthingPlan small = draw_berthing(model, {seed, "plan"});
     const Run run = berth(full, seed, 1760.0);
-    CHECK(run.plan.u0_mps == Approx(small.u0_mps * std::sqrt(50.0)));
-    CHECK(run.plan.start(0) == Approx(50.0 * small.start(0)).margin(1e-9));
-    CHECK(run.plan.start(2) == small.start(2));
-    CHECK(run.plan.pilot.interval_s == Approx(small.pilot.interval_s * std::sqrt(50.0)));
+    CHECK(run.plan.steering.u0_mps == Approx(small.steering.u0_mps * std::sqrt(50.0)));
+    CHECK(run.plan.steering.start(0) == Approx(50.0 * small.steering.start(0)).margin(1e-9));
+    CHECK(run.plan.steering.start(2) == small.steering.start(2));
+    CHECK(run.plan.steering.pilot.interval_s == Approx(small.steering.pilot.interval_s * std::sqrt(50.0)));
     if (run.plan.pattern == BerthingPattern::leave) continue;
     ++to_berth;
     berthed += is_berthed(run, 150.0);
@@ -137,32 +135,4 @@ TEST_CASE("berthing: a full-scale plan is the model's in Froude's scale, and ful
 TEST_CASE("berthing: a ship without VecTwin rudders or bow thruster is refused", "[dynamics][berthing]") {
   for (const char* name : {"kvlcc2-l7", "esso-osaka-3m"})
     CHECK_THROWS_AS(draw_berthing(read_ship(name), {1, "plan"}), UsageError);
-}
-
-TEST_CASE("dataset: shared durations are whole samples that sum to the total", "[dynamics][berthing]") {
-  for (const std::size_t count : {1U, 14U, 27U})
-    for (const std::size_t total : {2 * count, std::size_t{2304}, std::size_t{4770}})
-      for (const std::uint64_t seed : {1U, 2U, 3U}) {
-        CAPTURE(count, total, seed);
-        const std::vector<std::size_t> samples = share_samples(total, count, {seed, "durations"});
-        CHECK(samples.size() == count);
-        CHECK(std::accumulate(samples.begin(), samples.end(), std::size_t{0}) == total);
-        CHECK(std::count(samples.begin(), samples.end(), std::size_t{0}) == 0);
-      }
-  CHECK(share_samples(4770, 27, {1, "durations"}) != share_samples(4770, 27, {2, "durations"}));
-}
-
-TEST_CASE("dataset: the full-scale sets of the paper have its sizes", "[dynamics][berthing]") {
-  const DatasetSpec spec = read_dataset_spec("paper-full-scale");
-  REQUIRE(spec.sets.size() == 4);
-  CHECK(spec.ship.name == "vectwin-150m");
-  CHECK(spec.noise.r == deg_to_rad(0.01));
-  CHECK(spec.sets[0].runs.size() == 27);
-  CHECK(spec.sets[0].shared_durations.at(0).total_s == 32180.0);
-  CHECK(spec.sets[1].runs.size() == 14);
-  CHECK(spec.sets[1].shared_durations.at(0).total_s == 16230.0);
-  CHECK(spec.sets[2].runs.size() == 12);
-  CHECK(spec.sets[3].runs.size() == 10);
-  CHECK(spec.sets[2].runs[0].wind_speed_mps.high == 0.0);
-  for (const std::size_t set : {0U, 1U, 3U}) CHECK(spec.sets[set].runs[0].has_stochastic_wind);
 }

@@ -6,6 +6,7 @@
 
 #include "core/units.hpp"
 #include "dynamics/model.hpp"
+#include "dynamics/model_parts.hpp"
 #include "io/files.hpp"
 
 using namespace leeway;
@@ -30,8 +31,8 @@ OperatingPoint point_of(const Ship& ship, const State& s) {
   const double U = ship.u0_mps;
   OperatingPoint point{{s.u * U, s.v * U, s.r * U / ship.particulars.L_pp}, {}};
   for (const Actuator& a : ship.actuators) {
-    if (a.is_rudder()) point.actuators[a.channel] = s.delta_deg * kDegree;
-    if (a.channel == Channel::n_p) point.actuators[a.channel] = s.n * a.initial;
+    if (a.is_rudder() || a.turns_freely()) point.actuators[a.channel] = s.delta_deg * kDegree;
+    if (a.is_propulsion()) point.actuators[a.channel] = s.n * a.initial;
     if (a.channel == Channel::n_bt) point.actuators[a.channel] = 0.4 * a.max;
   }
   return point;

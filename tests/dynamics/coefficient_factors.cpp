@@ -1,9 +1,11 @@
 #include <cmath>
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "dynamics/model.hpp"
+#include "dynamics/model_parts.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"
 #include "temporary_folder.hpp"
@@ -47,7 +49,7 @@ TEST_CASE("coefficient factors: how resistance changes with speed is what it is 
   for (const char* name : {"esso-osaka-3m", "kvlcc2-l7"}) {
     Ship ship = read_ship(name);
     const auto resistance = [&](double u) {
-      const ForceModules<double> modules = Model<double>(ship).modules;
+      const ForceModules<double> modules = Model<double>(ship).parts().modules;
       return std::visit([&](const auto& hull) { return hull.force(Motion<double>(u, 0.0, 0.0))(0); }, modules.hull);
     };
     const double u = 0.1 * std::sqrt(kGravity_mps2 * ship.particulars.L_pp), fast = resistance(u);

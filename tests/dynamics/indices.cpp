@@ -3,6 +3,7 @@
 #include <functional>
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
 #include "dynamics/phased_maneuvers.hpp"

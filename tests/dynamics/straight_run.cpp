@@ -14,7 +14,7 @@ TEST_CASE("straight run: thrust less its deduction balances resistance at the st
   for (const std::string& name : io::config_names("ships")) {
     CAPTURE(name);
     const Ship ship = read_ship(name);
-    const double n = 0.8 * ship.initial_actuators()[Channel::n_p];
+    const double n = 0.8 * ship.propulsion().front().initial;
     const StraightRun run = straight_run(ship, steady_speed(ship, n), n);
     CHECK(run.u > 0.0);
     CHECK(run.X_P > 0.0);
@@ -30,7 +30,7 @@ TEST_CASE("straight run: KVLCC2 starts at self-propulsion, by its equations", "[
     const double n = self_propulsion_n(ship, ship.u0_mps);
     CHECK_THAT(n, WithinAbs(ship.initial_actuators()[Channel::n_p], 5e-7));  // of the digits in the file
     // (1 - t_P) rho n^2 D^4 K_T = 0.5 rho L d U^2 R_0 by hand.
-    const auto& c = std::get<StandardPropellerCoefficients<double>>(ship.propeller);
+    const auto& c = std::get<StandardPropellerCoefficients<double>>(*ship.propeller);
     const double u = ship.u0_mps, D = c.D_P, J = u * (1.0 - c.w_P0) / (n * D);
     const double K_T = 0.2931 - 0.2753 * J - 0.1385 * J * J;
     CHECK_THAT(0.78 * n * n * D * D * D * D * K_T,

@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/units.hpp"
+#include "dynamics/model_parts.hpp"
 #include "dynamics/simulation.hpp"
 
 namespace leeway::test {

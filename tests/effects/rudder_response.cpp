@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "dynamics/model_parts.hpp"
 #include "dynamics/replay.hpp"
 #include "effect_runs.hpp"
 
@@ -68,6 +69,26 @@ TEST_CASE("actuator rate and lag: a maneuver and the replay of its recording agr
   // Faster than the rudders themselves, it is not there.
   Trajectory fast = run(with(ship, "actuator-rate", {{"rate_degps", 1000.0}}), 60.0, 0.1);
   CHECK(largest_difference(fast, run(ship, 60.0, 0.1), Channel::r) < 1e-4);
+}
+
+TEST_CASE("actuator delay: the rudder acts later, in a maneuver and in the replay of its recording", "[effects]") {
+  const Ship ship = read_ship("vectwin-3m"), late = with(ship, "actuator-delay", {{"delay_s", 1.25}});
+  Trajectory recording = run(late, 60.0, 0.1);
+  recording.file = "late.csv";
+  // What is recorded is what the undelayed rudders do.
+  CHECK(recording[Channel::delta_s] == run(ship, 60.0, 0.1)[Channel::delta_s]);
+  const RecordedInputs inputs(recording, late, InputInterpolation::linear);
+  const Trajectory again = replay(late, recording, inputs, {0.1, 0.1, 0.1});
+  CHECK(largest_difference(again, recording, Channel::r) < 2e-4);
+  CHECK(largest_difference(replay(ship, recording, inputs, {0.1, 0.1, 0.1}), recording, Channel::r) > 5e-3);
+  CHECK(largest_difference(again, recording, Channel::delta_s) < 1e-12);
+
+  // The rudder's angle of 1.25 s ago acts; before the start the first one.
+  const RecordedInputs late_inputs = inputs.through({.delay_s = 1.25});
+  const StepInputs<double> step = late_inputs.step(30.0, 0.1);
+  CHECK_THAT(step.start.actuators[Channel::delta_p], WithinAbs(inputs.at(28.75).actuators[Channel::delta_p], 1e-12));
+  CHECK_THAT(step.end.actuators[Channel::n_bt], WithinAbs(inputs.at(30.1).actuators[Channel::n_bt], 1e-12));
+  CHECK(late_inputs.step(0.5, 0.1).start.actuators[Channel::delta_p] == recording[Channel::delta_p][0]);
 }
 
 TEST_CASE("unknown: terms give the force of their formula, and nothing where all are zero", "[effects]") {

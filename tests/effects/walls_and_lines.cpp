@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <ceres/jet.h>
 
+#include "dynamics/model_parts.hpp"
 #include "effects/effect_runs.hpp"
 
 using namespace leeway;
@@ -161,7 +162,7 @@ TEST_CASE("fender: a ship that drifts on a quay is stopped within what its energ
   Actuators<double> idle = ship.initial_actuators();
   idle[Channel::n_p] = 0.0;
   simulated.actuators = idle;
-  const Inertia<double>& i = simulated.model.inertia;
+  const Inertia<double>& i = simulated.model.parts().inertia;
   const double most = 0.02 + v * std::sqrt((i.m + i.m_y) / (2.0 * k));
   double furthest = 0.0;
   for (int step = 0; step < 1200; ++step) {
@@ -203,4 +204,28 @@ TEST_CASE("mooring: at the anchor its force is zero and its derivative the stiff
   CHECK_THAT(F(0).v(0), WithinRel(-3.0 * 0.6, 1e-12));
   CHECK_THAT(F(1).v(1), WithinRel(-3.0 * 0.6, 1e-12));
   CHECK_THAT(F(1).v(0), WithinRel(3.0 * 0.8, 1e-12));
+}
+
+TEST_CASE("tug, body force, earth force: frame, point of action and time", "[effects]") {
+  const Parameters tug{{"force_N", 0.8}, {"direction_deg", 90.0}, {"x_m", 1.2},
+                       {"y_m", 0.2},     {"t_start_s", 5.0},      {"t_end_s", 9.0}};
+  const Vec3<double> pushed = force_of("tug", tug, 77.0);  // at t = 5 s, in ship axes whatever the heading
+  CHECK_THAT(pushed(0), WithinAbs(0.0, 1e-15));
+  CHECK_THAT(pushed(1), WithinRel(0.8, 1e-12));
+  CHECK_THAT(pushed(2), WithinRel(1.2 * 0.8, 1e-12));
+  const Vec3<double> ahead = force_of("tug", {{"force_N", 0.8}, {"direction_deg", 0.0}, {"y_m", 0.2}}, 77.0);
+  CHECK_THAT(ahead(2), WithinRel(-0.2 * 0.8, 1e-12));  // ahead on the starboard side: bow to port
+  const Effects<double> effects(with(read_ship("vectwin-3m"), "tug", tug));
+  Situation<double> at = at_heading(0.0);
+  for (const auto& [t, is_on] : {std::pair(4.99, false), {5.0, true}, {8.99, true}, {9.0, false}}) {
+    at.t_s = t;
+    CHECK((effects.force(at).norm() > 0.0) == is_on);
+  }
+  const Vec3<double> body = force_of("body-force", {{"X_N", 0.1}, {"Y_N", -0.2}, {"N_Nm", 0.3}}, 123.0);
+  CHECK(body == Vec3<double>(0.1, -0.2, 0.3));
+  // A pull to the east on a ship that heads north comes from starboard; heading east, from ahead.
+  const Parameters east{{"force_N", 0.5}, {"direction_deg", 90.0}};
+  CHECK_THAT(force_of("earth-force", east, 0.0)(1), WithinRel(0.5, 1e-12));
+  CHECK_THAT(force_of("earth-force", east, 90.0)(0), WithinRel(0.5, 1e-12));
+  CHECK(force_of("earth-force", east, 33.0)(2) == 0.0);
 }

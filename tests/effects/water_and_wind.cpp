@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/wind.hpp"
+#include "dynamics/model_parts.hpp"
 #include "effects/effect_runs.hpp"
 
 using namespace leeway;
@@ -29,6 +30,163 @@ Situation<double> at_pose(double x, double y, double psi) {
 }
 
 }  // namespace
+
+TEST_CASE("steady current: the track is that in still water, carried along, to 1e-9 m", "[effects]") {
+  // In calm air: wind would blow on a drifting ship.
+  for (const char* name : {"esso-osaka-3m", "kvlcc2-l7"}) {
+    Ship ship = read_ship(name);
+    ship.wind.reset();
+    const double V = 0.11, set = 217.0 * kDegree;
+    const Trajectory still = run(ship, 300.0);
+    const Trajectory carried =
+        run(with(ship, "steady-current", {{"current_speed_mps", V}, {"current_set_deg", 217.0}}), 300.0);
+    for (std::size_t i = 0; i < still.size(); ++i) {
+      const double t = still[Channel::t][i];
+      CHECK_THAT(carried[Channel::x0][i], WithinAbs(still[Channel::x0][i] + V * std::cos(set) * t, 1e-9));
+      CHECK_THAT(carried[Channel::y0][i], WithinAbs(still[Channel::y0][i] + V * std::sin(set) * t, 1e-9));
+      CHECK_THAT(carried[Channel::psi][i], WithinAbs(still[Channel::psi][i], 1e-10));
+    }
+    // Velocities are over ground.
+    CHECK_THAT(carried[Channel::u][0], WithinAbs(0.4 * ship.u0_mps + V * std::cos(set), 1e-12));
+    CHECK_THAT(carried[Channel::vm][0], WithinAbs(V * std::sin(set), 1e-12));
+  }
+}
+
+TEST_CASE("moving water: the equations over ground with added mass in u_c, v_c and dV/dt hold", "[effects]") {
+  Ship ship = read_ship("esso-osaka-3m");
+  ship.wind.reset();
+  const Model<double> model(with(ship, "varying-current", {{"current_sd_mps", 0.2}, {"tau_s", 8.0}, {"seed", 4.0}}));
+  const double t = 31.0, h = 1e-4;
+  const Vec3<double> eta(3.0, -5.0, 0.9), nu(0.45, -0.08, 0.05);
+  const Inputs<double> now{esso_actuators(12.0, 11.0), Vec2<double>::Zero(), t};
+  Inputs<double> middle = now, end = now, before = now, half_before = now;
+  middle.t_s = t + h / 2.0;
+  end.t_s = t + h;
+  before.t_s = t - h;
+  half_before.t_s = t - h / 2.0;
+  // Over ground, centered: a step forward and, in reversed time, one back.
+  const Vec3<double> ahead = integrate(model, {eta, nu}, {now, middle, end}, h).nu;
+  const Vec3<double> back = integrate(model, {eta, nu}, {now, half_before, before}, -h).nu;
+  const Vec3<double> rate = (ahead - back) / (2.0 * h);
+
+  Situation<double> at = at_heading(eta(2) / kDegree);
+  at.eta = eta;
+  at.t_s = t;
+  const WaterMotion<double> water = model.parts().effects.water(at);
+  const Vec2<double> nu_c = at.to_ship(water.velocity), a = at.to_ship(water.rate);
+  const Vec3<double> nu_r(nu(0) - nu_c(0), nu(1) - nu_c(1), nu(2));
+  const Vec3<double> F = model.parts().modules.force(nu_r, now.actuators, Vec2<double>::Zero());
+  CHECK(water.rate.norm() > 1e-3);
+  check_moving_water(model.parts().inertia, nu, rate, nu_c, a, F);
+}
+
+TEST_CASE("varying current: a course that is known adds its cosines, and is held outside of them", "[effects]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const Effects<double> effects(with(ship, "varying-current",
+                                     {{"current_sd_mps", 0.0},
+                                      {"tau_s", 50.0},
+                                      {"course_start_s", 100.0},
+                                      {"course_s", 200.0},
+                                      {"north_0_mps", 0.03},
+                                      {"east_1_mps", -0.02},
+                                      {"north_3_mps", 0.01}}));
+  Situation<double> at = at_heading(0.0);
+  const auto velocity = [&](double t) {
+    at.t_s = t;
+    return effects.water(at).velocity;
+  };
+  for (const double t : {100.0, 170.0, 300.0}) {
+    CHECK_THAT(velocity(t)(0), WithinAbs(0.03 + 0.01 * std::cos(3.0 * kPi * (t - 100.0) / 200.0), 1e-15));
+    CHECK_THAT(velocity(t)(1), WithinAbs(-0.02 * std::cos(kPi * (t - 100.0) / 200.0), 1e-15));
+  }
+  CHECK(velocity(20.0) == velocity(100.0));
+  CHECK(velocity(900.0) == velocity(300.0));
+  for (const double t : {20.0, 130.0, 250.0, 400.0}) {
+    const Vec2<double> slope = (velocity(t + 1e-3) - velocity(t - 1e-3)) / 2e-3;
+    at.t_s = t;
+    CHECK((effects.water(at).rate - slope).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("varying current: its sd and its time constant are those asked for", "[effects]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  double variance = 0.0, lagged = 0.0;
+  int n = 0;
+  for (int seed = 1; seed <= 40; ++seed) {
+    const Effects<double> effects(with(
+        ship, "varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 50.0}, {"seed", static_cast<double>(seed)}}));
+    for (double t = 0.0; t < 2000.0; t += 25.0) {
+      Situation<double> at = at_heading(0.0);
+      at.t_s = t;
+      const WaterMotion<double> now = effects.water(at);
+      at.t_s = t + 50.0;
+      const WaterMotion<double> later = effects.water(at);
+      variance += now.velocity.squaredNorm();
+      lagged += now.velocity.dot(later.velocity);
+      n += 2;
+      at.t_s = t + 0.01;
+      const Vec2<double> ahead = effects.water(at).velocity;
+      CHECK_THAT((ahead - now.velocity).norm() / 0.01, WithinAbs(now.rate.norm(), 2e-4));
+    }
+  }
+  CHECK_THAT(std::sqrt(variance / n), WithinRel(0.05, 0.04));
+  CHECK_THAT(lagged / variance, WithinAbs(std::exp(-1.0), 0.06));  // an Ornstein-Uhlenbeck process at lag tau
+}
+
+TEST_CASE("unmeasured wind: it adds to the recorded wind as a from-vector", "[effects]") {
+  const Ship ship = read_ship("vectwin-3m");
+  const Actuators<double> actuators = ship.initial_actuators();
+  const Vec3<double> nu(0.3, 0.0, 0.0);
+  const Ship windy = with(ship, "unmeasured-wind", {{"wind_speed_mps", 1.5}, {"wind_dir_deg", 75.0}});
+  const Vec2<double> recorded = wind_from_vector(0.7, 3.0);
+  const Vec3<double> a = acceleration(windy, nu, actuators, recorded);
+  const Vec3<double> b = acceleration(ship, nu, actuators, recorded + wind_from_vector(1.5, 75.0 * kDegree));
+  for (int i = 0; i < 3; ++i) CHECK_THAT(a(i), WithinAbs(b(i), 1e-9));
+  // From starboard it pushes to port, from ahead it slows.
+  const auto change = [&](double dir_deg) -> Vec3<double> {
+    return acceleration(with(ship, "unmeasured-wind", {{"wind_speed_mps", 2.0}, {"wind_dir_deg", dir_deg}}), nu,
+                        actuators) -
+           acceleration(ship, nu, actuators);
+  };
+  CHECK(change(90.0)(1) < -1e-3);
+  CHECK(change(0.0)(0) < -1e-4);
+}
+
+TEST_CASE("windage: each gain multiplies its own wind force", "[effects]") {
+  const Ship ship = read_ship("vectwin-3m");
+  const Model<double> plain(ship), gained(with(ship, "windage", {{"kX", 1.3}, {"kY", 0.6}, {"kN", 2.0}}));
+  const Vec2<double> wind(1.1, -0.8);
+  const auto force = [&](const Model<double>& model) {
+    return std::visit([&](const auto& m) { return m.force(wind); }, *model.parts().modules.wind);
+  };
+  const Vec3<double> a = force(plain), b = force(gained);
+  CHECK_THAT(b(0), WithinRel(1.3 * a(0), 1e-12));
+  CHECK_THAT(b(1), WithinRel(0.6 * a(1), 1e-12));
+  CHECK_THAT(b(2), WithinRel(2.0 * a(2), 1e-12));
+}
+
+TEST_CASE("wave drift: it pushes to leeward, turns with the sea and grows with the square of the height", "[effects]") {
+  const auto force = [](double hs, double from_deg, double psi_deg) {
+    return force_of("wave-drift",
+                    {{"hs_m", hs}, {"wave_from_deg", from_deg}, {"C_X", 1.0}, {"C_Y", 0.8}, {"C_N", 0.03}}, psi_deg);
+  };
+  const Ship ship = read_ship("vectwin-3m");
+  const Particulars& p = ship.particulars;
+  const double rho_g = p.rho * kGravity_mps2;
+  // Beam sea from starboard: Y = -rho g L hs^2/16 C_Y, no X, no N.
+  const Vec3<double> beam = force(0.02, 130.0, 40.0);
+  CHECK_THAT(beam(1), WithinRel(-rho_g * p.L_pp * 0.02 * 0.02 / 16.0 * 0.8, 1e-12));
+  CHECK_THAT(beam(0), WithinAbs(0.0, 1e-12));
+  CHECK_THAT(beam(2), WithinAbs(0.0, 1e-12));
+  // Head sea: X = -rho g B^2/L hs^2/8 C_X.
+  CHECK_THAT(force(0.02, 40.0, 40.0)(0), WithinRel(-rho_g * p.B * p.B / p.L_pp * 0.02 * 0.02 / 8.0, 1e-12));
+  // Bow quarter from starboard: N = -rho g L^2 hs^2/16 C_N; sin mu |sin mu| is 1/2.
+  const Vec3<double> quarter = force(0.02, 85.0, 40.0);
+  CHECK_THAT(quarter(2), WithinRel(-rho_g * p.L_pp * p.L_pp * 0.02 * 0.02 / 16.0 * 0.03, 1e-12));
+  CHECK_THAT(quarter(1), WithinRel(0.5 * beam(1), 1e-12));
+  CHECK_THAT(force(0.04, 85.0, 40.0)(1), WithinRel(4.0 * quarter(1), 1e-12));
+  CHECK_THAT(force(0.02, -5.0, 40.0)(1), WithinRel(-quarter(1), 1e-12));  // mirrored
+}
 
 TEST_CASE("sheared current: without gradients it is the steady current, to the last bit", "[effects]") {
   for (const char* name : {"vectwin-3m", "kvlcc2-l7"}) {
@@ -69,11 +227,12 @@ TEST_CASE("sheared current: a ship that turns with water that turns as a solid b
     const Model<double> model(sheared(ship, 0.0, -Omega, Omega, 0.0));
     for (const double psi : {0.0, 0.8, 4.0}) {
       CAPTURE(name, psi);
-      CHECK_THAT(model.effects.water(at_pose(2.0, 1.0, psi)).turn(at_pose(2.0, 1.0, psi)), WithinRel(Omega, 1e-12));
+      CHECK_THAT(model.parts().effects.water(at_pose(2.0, 1.0, psi)).turn(at_pose(2.0, 1.0, psi)),
+                 WithinRel(Omega, 1e-12));
       // At the center, where the water does not move: what is left is the centrifugal force on the center of gravity.
       const Inputs<double> idle{Actuators<double>(), Vec2<double>::Zero(), 0.0};
       const Vec3<double> rate = rate_of_change(model, {{0.0, 0.0, psi}, {0.0, 0.0, Omega}}, idle).nu;
-      const Inertia<double>& i = model.inertia;
+      const Inertia<double>& i = model.parts().inertia;
       CHECK_THAT(rate(0), WithinRel(i.m * i.x_G * Omega * Omega / (i.m + i.m_x), 1e-12));
       CHECK_THAT(rate(1), WithinAbs(0.0, 1e-15));
       CHECK_THAT(rate(2), WithinAbs(0.0, 1e-15));
@@ -108,10 +267,11 @@ TEST_CASE("sheared current: the equations over ground with dV/dt along the ship'
   const Vec2<double> a = to_ship(V(eta(0) + path(0), eta(1) + path(1)) - V(eta(0), eta(1)));
   const double g = to_ship(V(eta(0) + c, eta(1) + s) - V(eta(0), eta(1)))(1);
   const Vec3<double> nu_r(nu(0) - nu_c(0), nu(1) - nu_c(1), nu(2));
-  const Vec3<double> F = model.modules.force({nu_r(0), nu_r(1), nu(2) - g}, inputs.actuators, Vec2<double>::Zero());
+  const Vec3<double> F =
+      model.parts().modules.force({nu_r(0), nu_r(1), nu(2) - g}, inputs.actuators, Vec2<double>::Zero());
   CHECK(std::abs(g) > 5e-3);
   CHECK(a.norm() > 5e-3);
-  check_moving_water(model.inertia, nu, rate, nu_c, a, F);
+  check_moving_water(model.parts().inertia, nu, rate, nu_c, a, F);
 }
 
 TEST_CASE("sheared current: it adds to another current, whose velocity carries the ship through the shear",

@@ -4,8 +4,10 @@
 #include <filesystem>
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "dynamics/model_parts.hpp"
 #include "dynamics/replay.hpp"
 #include "ensemble/ensemble_training.hpp"
 #include "ensemble/prediction.hpp"

@@ -91,3 +91,9 @@ TEST_CASE("muon: hidden matrices move along their orthogonalized momentum, all e
     if (!hidden[i]) CHECK(moved[i] == parameters[i]);
   }
 }
+
+TEST_CASE("muon: products are cut into the same blocks on every processor", "[ensemble][muon]") {
+  CHECK(Eigen::l1CacheSize() == 32 * 1024);
+  CHECK(Eigen::l2CacheSize() == 256 * 1024);
+  CHECK(Eigen::l3CacheSize() == 2 * 1024 * 1024);
+}

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "ensemble/model_files.hpp"
@@ -100,7 +101,7 @@ TEST_CASE("schedule: short windows cover every point, and see as much of the sta
   CHECK(alike >= 4);
 }
 
-TEST_CASE("schedule: with growing windows and Muon, a stop at any step goes on to the same bits",
+TEST_CASE("schedule: with growing windows and Muon, a stop at any step continues to the same bits",
           "[ensemble][schedule]") {
   for (const Optimizer optimizer : {Optimizer::adam, Optimizer::muon}) {
     TrainingConfig config = curriculum_config();
@@ -141,6 +142,7 @@ TEST_CASE("schedule: the keys read back, and a training without them is the trai
     for (const char* key : {"curriculum", "optimizer", "muon_rate_factor"}) CHECK_FALSE(to_json(paper).contains(key));
   }
   const TrainingConfig fast = read_training_config("fast");
+  CHECK(fast.follows.empty());
   CHECK(fast.epochs == 150);
   CHECK(curriculum_stage(fast, 74) == 2);
   CHECK(curriculum_stage(fast, 75) == 3);
@@ -156,4 +158,39 @@ TEST_CASE("schedule: the keys read back, and a training without them is the trai
   refused(R"({"curriculum": [{"steps": 12, "share": 0.5}, {"steps": 25, "share": 0.5}]})",
           "/curriculum: expected shares that leave some to the whole windows");
   refused(R"({"curriculum": [{"steps": 12, "share": 0.1, "epochs": 5}]})", "/curriculum/0/epochs: unknown key");
+}
+
+TEST_CASE("schedule: what says that it follows the paper, has the paper's numbers", "[ensemble][schedule]") {
+  for (const char* name : {"model-scale", "full-scale"}) {
+    const TrainingConfig paper = read_training_config(name);
+    CHECK(paper.follows == "paper");
+    CHECK(config_from(to_json(paper).dump()).follows == "paper");
+    io::Json json = to_json(paper);
+    json["members"] = 75;  // as in the paper's discussion
+    CHECK(config_from(json.dump()).members == 75);
+    for (const auto& [key, value] : std::initializer_list<std::pair<const char*, io::Json>>{
+             {"steps", 99},
+             {"initial_state_steps", 20},
+             {"initial_state_net", false},
+             {"hidden_layers", 2},
+             {"hidden_units", 64},
+             {"learning_rate", 2e-4},
+             {"learning_rate_schedule", "cosine"},
+             {"gradient_clip_norm", 1000},
+             {"optimizer", "muon"},
+             {"batch_size", 8},
+             {"integrator_predict", "euler"},
+             {"state_resampling", "average"},
+             {"time_step_s", 2.0},
+             {"epochs", 150},
+             {"curriculum", {{{"steps", 12}, {"share", 0.1}}}},
+             {"sigma", {{"u_mps", 0.02}, {"vm_mps", 0.01}, {"r_degps", 0.1}}},
+             {"sigma", {{"u_mps", 0.01}, {"vm_mps", 0.01}, {"r_degps", 0.05}}}}) {
+      io::Json changed = to_json(paper);
+      changed[key] = value;
+      CAPTURE(name, key);
+      CHECK_THROWS_WITH(config_from(changed.dump()), Contains("config.json: /follows: 'paper', but") && Contains(key));
+    }
+  }
+  CHECK_THROWS_WITH(config_from(R"({"follows": "me"})"), Contains("/follows: "));
 }

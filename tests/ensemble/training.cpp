@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "ensemble/ensemble_training.hpp"
@@ -193,7 +194,7 @@ TEST_CASE("training: the same bytes with any number of jobs, member by member, a
   CHECK(!fs::exists(checkpoint_path(resumed.path().string(), 0)));
 }
 
-TEST_CASE("training: stopped after any optimizer step, it goes on to the same bits", "[ensemble]") {
+TEST_CASE("training: stopped after any optimizer step, it continues to the same bits", "[ensemble]") {
   TrainingConfig config = small_config();
   config.schedule = RateSchedule::cosine;
   config.gradient_clip_norm = 100.0;

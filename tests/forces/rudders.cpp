@@ -1,7 +1,8 @@
 #include <catch2/catch.hpp>
 
 #include "core/units.hpp"
-#include "forces/registry.hpp"
+#include "forces/force_modules.hpp"
+#include "ship/ship.hpp"
 
 using namespace leeway;
 using Catch::Matchers::WithinAbs;
@@ -10,8 +11,8 @@ using Catch::Matchers::WithinRel;
 namespace {
 
 Vec3<double> rudder_force(const ForceModules<double>& modules, const Vec3<double>& nu, const Actuators<double>& a) {
-  const auto flow = std::visit([&](const auto& m) { return m.flow(nu, a[Channel::n_p]); }, modules.propeller);
-  return std::visit([&](const auto& m) { return m.force(nu, flow, a); }, modules.rudder);
+  const auto flow = std::visit([&](const auto& m) { return m.flow(nu, a[Channel::n_p]); }, *modules.propeller);
+  return std::visit([&](const auto& m) { return m.force(nu, flow, a); }, *modules.rudder);
 }
 
 Actuators<double> vectwin(double delta_p_deg, double delta_s_deg, double n_p) {
@@ -47,7 +48,7 @@ TEST_CASE("rudders: positive angles turn the bow to starboard and slow the ship"
 
 TEST_CASE("single rudder: mirrored motion and rudder give the mirrored force", "[forces][rudder]") {
   Ship ship = read_ship("esso-osaka-3m");
-  auto& c = std::get<SingleRudderCoefficients<double>>(ship.rudder);
+  auto& c = std::get<SingleRudderCoefficients<double>>(*ship.rudder);
   c.gamma_R_positive = c.gamma_R_negative;  // the difference of the sides is in the ship, not in the model
   const ForceModules<double> modules(ship);
   for (const double u : {-0.2, 0.0, 0.35})

@@ -4,7 +4,8 @@
 #include <ceres/jet.h>
 
 #include "core/units.hpp"
-#include "forces/registry.hpp"
+#include "forces/force_modules.hpp"
+#include "ship/ship.hpp"
 
 using namespace leeway;
 using Catch::Matchers::WithinAbs;
@@ -22,13 +23,13 @@ StandardHull<double> hull() {
 }
 
 StandardPropeller<double> propeller() {
-  return {std::get<StandardPropellerCoefficients<double>>(kvlcc2().propeller), kvlcc2().particulars};
+  return {std::get<StandardPropellerCoefficients<double>>(*kvlcc2().propeller), kvlcc2().particulars};
 }
 
 StandardRudder<double> rudder(bool equal_sides = false) {
-  auto c = std::get<StandardRudderCoefficients<double>>(kvlcc2().rudder);
+  auto c = std::get<StandardRudderCoefficients<double>>(*kvlcc2().rudder);
   if (equal_sides) c.gamma_R_positive = c.gamma_R_negative;
-  return {c, kvlcc2().particulars, 0.216};
+  return {c, kvlcc2().particulars, {0.216, 0.0}};
 }
 
 Vec3<double> rudder_force(const StandardRudder<double>& module, const Vec3<double>& nu, double n, double delta) {
@@ -264,9 +265,9 @@ TEST_CASE("standard method: derivatives of every module agree with central diffe
     actuators[Channel::n_p] = Jet(point[3], 3);
     actuators[Channel::delta] = Jet(point[4], 4);
     const auto parts = [](const auto& m, const auto& motion, const auto& inputs) {
-      const auto flow = std::visit([&](const auto& k) { return k.flow(motion, inputs[Channel::n_p]); }, m.propeller);
+      const auto flow = std::visit([&](const auto& k) { return k.flow(motion, inputs[Channel::n_p]); }, *m.propeller);
       return std::array{std::visit([&](const auto& k) { return k.force(motion); }, m.hull), flow.force,
-                        std::visit([&](const auto& k) { return k.force(motion, flow, inputs); }, m.rudder)};
+                        std::visit([&](const auto& k) { return k.force(motion, flow, inputs); }, *m.rudder)};
     };
     const auto jets = parts(jet_modules, nu, actuators);
     for (int i = 0; i < 5; ++i) {

@@ -38,7 +38,7 @@ TEST_CASE("side thrusters: the Esso Osaka model's lose force linearly with speed
           "[forces][thruster]") {
   const Ship ship = read_ship("esso-osaka-3m");
   const double Fr_of_1 = 1.0 / std::sqrt(kGravity_mps2 * 3.0), D4 = std::pow(0.05, 4);
-  for (const ThrusterCoefficients& coefficients : ship.thrusters) {
+  for (const auto& coefficients : ship.thrusters) {
     const auto& c = std::get<SideThrusterCoefficients<double>>(coefficients);
     const SideThruster<double> thruster(c, ship.particulars);
     const bool is_bow = c.channel == Channel::n_bt;

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "dynamics/model_parts.hpp"
 #include "ship/ship.hpp"
 
 using namespace leeway;

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include "core/parallel.hpp"
-#include "gap/audit.hpp"
-#include "gap/conventions.hpp"
 #include "gap/perturbed_ship.hpp"
+#include "gap/sensors/audit.hpp"
+#include "gap/sensors/conventions.hpp"
 #include "gap/simulated_campaign.hpp"
 
 /// The measured rates of docs/gap-audit.md: `leeway-tests "[measure]"` prints them. Hidden, as it takes minutes.
@@ -86,7 +86,9 @@ TEST_CASE("audit: false alarms by family of sound campaigns", "[.measure]") {
       std::vector<Trajectory> recordings = recorded(campaign, ships[campaign.ship == "vectwin-3m" ? 0 : 1], {}, noise);
       RandomStream stream(base + i, "family");
       for (Trajectory& recording : recordings) family.change(recording, stream);
-      for (const gap::Fault& fault : gap::audit(recordings, {.seed = i}).faults)
+      gap::AuditOptions options;
+      options.seed = i;
+      for (const gap::Fault& fault : gap::audit(recordings, options).faults)
         alarms[i] += fmt::format(" [{} recordings, noise {:.2f}: {}]", campaign.recordings, noise, fault.sentence);
     });
     std::size_t count = 0;

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "gap/perturbed_ship.hpp"
+#include "gap/sensors/audit.hpp"
 #include "gap/simulated_campaign.hpp"
 
 using namespace leeway;

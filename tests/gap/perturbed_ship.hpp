@@ -3,6 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "core/random.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"

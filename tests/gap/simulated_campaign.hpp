@@ -44,7 +44,7 @@ inline std::vector<Trajectory> fine_truth(const SimulatedCampaign& campaign, con
         break;
       default: {
         const BerthingPlan plan = draw_berthing(ship, RandomStream(campaign.seed, "campaign berthing", i));
-        start = berthing_start(ship, plan);
+        start = ship_at_start(ship, plan.steering);
         maneuver = berthing(ship, plan, RandomStream(campaign.seed, "campaign pilot", i));
       }
     }

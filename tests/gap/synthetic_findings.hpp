@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/units.hpp"
-#include "gap/findings.hpp"
+#include "gap/result/findings.hpp"
 
 namespace leeway::test {
 

@@ -1,5 +1,8 @@
 #include "io/csv.hpp"
 
+#include <cmath>
+#include <limits>
+
 #include <catch2/catch.hpp>
 
 #include "core/errors.hpp"
@@ -47,6 +50,67 @@ TEST_CASE("csv: quoted fields hold commas, quotation marks and line ends", "[io]
   // Lines are counted as an editor does, also behind a field of two lines.
   CHECK_THROWS_WITH(csv.next(fields), Contains("x.csv:5: expected 2 fields, found 1"));
   CHECK_THROWS_WITH(read_all(folder.write("y.csv", "a,b\n1,\"2\n3,4\n")), Contains("y.csv:2: a quotation mark"));
+}
+
+TEST_CASE("csv: a quotation mark that is not one of a quoted field is an error", "[io][csv]") {
+  const test::TemporaryFolder folder;
+  const auto refused = [&](const std::string& rows, const std::string& because) {
+    CAPTURE(rows);
+    CHECK_THROWS_WITH(read_all(folder.write("x.csv", "a,b\n" + rows)), Contains(because));
+  };
+  const std::string within = "a quotation mark within a field", behind = "text behind the closing quotation mark";
+  refused("\"1\"2,3\n", "x.csv:2: column 'a': " + behind);
+  refused("1,2\"3\"\n", "x.csv:2: column 'b': " + within);
+  refused("1,2\"3\n4,5\n", "x.csv:2: column 'b': " + within);
+  refused("1,\"2\" \"3\"\n", "x.csv:2: column 'b': " + within);
+  refused("1,2,3\"\n", "x.csv:2: field 3: " + within);
+  refused("1,\"2\n3\"4\n", "x.csv:2: column 'b': " + behind);
+  CHECK_THROWS_WITH(read_all(folder.write("x.csv", "a,\"b\"c\n")), Contains("x.csv:1: field 2: " + behind));
+  // Nothing is read in search of the end of a quotation that never began.
+  const std::string rest(8U << 20, 'x');
+  refused("1,2\"3\n" + rest, within);
+  CHECK(read_all(folder.write("x.csv", "a, \"b\" \n 1 ,\t\"2\"\n\"\",\"\"\"\"")) ==
+        Rows{{"a", "b"}, {" 1 ", "2"}, {"", "\""}});
+}
+
+TEST_CASE("csv: lines that end with CR alone are told so", "[io][csv]") {
+  const test::TemporaryFolder folder;
+  for (const std::string text : {"a,b\r1,2\r3,4\r", "a\r1\r",
+                                 "\xEF\xBB\xBF"
+                                 "a,b\r1,2"})
+    CHECK_THROWS_WITH(read_all(folder.write("x.csv", text)), Contains("x.csv:1: a carriage return within a line"));
+  CHECK_THROWS_WITH(read_all(folder.write("x.csv", "# one\n# two\ra,b\r1,2\r")),
+                    Contains("x.csv:2: a carriage return"));
+  CHECK(read_all(folder.write("x.csv", "# one\r\n\"a\r\nb\",c\r\n1,2\r\n")).size() == 2);
+}
+
+TEST_CASE("csv: many columns cost time in proportion, and a message lists a few", "[io][csv]") {
+  const test::TemporaryFolder folder;
+  std::string header, row;
+  for (int i = 0; i < 60'000; ++i) {
+    header += fmt::format("{}column-{}", i > 0 ? "," : "", i);
+    row += i > 0 ? ",1" : "1";
+  }
+  const io::CsvReader csv(folder.write("x.csv", header + "\n" + row + "\n"));
+  CHECK(csv.header().size() == 60'000);
+  try {
+    csv.column("t_s");
+    FAIL("a column that is not there was found");
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    CHECK_THAT(what, Contains("found column-0, column-1, ") && Contains(" and 59970 more"));
+    CHECK(what.size() < 1000);
+  }
+  CHECK(io::listed(std::vector<std::string>{"a", std::string(100, 'b')}) == "a, " + std::string(60, 'b') + "...");
+}
+
+TEST_CASE("csv: a number that is not finite is an empty field", "[io][csv]") {
+  std::string text;
+  for (const double x : {0.1, std::numeric_limits<double>::infinity(), std::nan(""), -1e308}) {
+    io::append_number(text, x);
+    text += ',';
+  }
+  CHECK(text == "0.1,,,-1e+308,");
 }
 
 TEST_CASE("csv: rows are the same wherever the buffer ends", "[io][csv]") {

@@ -79,7 +79,7 @@ TEST_CASE("files: a folder that cannot be made is refused beforehand, and one th
 
 TEST_CASE("files: a read-only file is not replaced", "[io][files]") {
   if (::geteuid() == 0) {
-    WARN("skipped: permissions do not bind the superuser");
+    WARN("SKIPPED: permissions do not bind the superuser");
     return;
   }
   const test::TemporaryFolder folder;

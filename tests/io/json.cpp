@@ -1,9 +1,11 @@
 #include "io/json.hpp"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "io/dataset_json.hpp"
+#include "io/json_check.hpp"
 #include "temporary_folder.hpp"
 
 using namespace leeway;
@@ -63,12 +65,49 @@ TEST_CASE("json: bad syntax is named with line and column as an editor counts th
   CHECK_THROWS_WITH(io::parse_json("{\"a\": 1", "x.json"), Contains("x.json:1:8: not valid JSON"));
   CHECK_THROWS_WITH(io::parse_json(" \n", "x.json"), Contains("the file is empty"));
   CHECK_THROWS_WITH(io::parse_json("{\"a\": nan}", "x.json"), Contains("not valid JSON"));
-  CHECK_THROWS_WITH(io::parse_json("{\"a\": 1e999}", "x.json"), Contains("x.json: number overflow parsing '1e999'"));
+  CHECK_THROWS_WITH(
+      io::parse_json("{\"a\": 1e999}", "x.json"),
+      Contains("x.json:1:") && Contains(": /a: the number is too large: number overflow parsing '1e999'"));
 }
 
 TEST_CASE("json: a key that stands twice in one object is refused, in two objects it is not", "[io][json]") {
-  CHECK_THROWS_WITH(io::parse_json(R"({"a": {"k": 1, "b": 2, "k": 3}})", "x.json"), Contains("key 'k' stands twice"));
+  CHECK_THROWS_WITH(io::parse_json(R"({"a": {"k": 1, "b": 2, "k": 3}})", "x.json"),
+                    Contains("x.json:1:24: /a/k: the key stands twice"));
+  CHECK_THROWS_WITH(io::parse_json("{\"a\": [0, {\"q\\\"\": 1,\n  \"q\\\"\": 2}]}", "x.json"),
+                    Contains("x.json:2:3: /a/1/q\": the key stands twice"));
   CHECK_NOTHROW(io::parse_json(R"({"k": {"k": [{"k": 1}, {"k": 2}]}, "a": {"k": 1}})", "x.json"));
+}
+
+TEST_CASE("json: what values would hide or break on is named with its place", "[io][json]") {
+  const auto refused = [](const std::string& text, const std::string& because) {
+    CHECK_THROWS_AS(io::parse_json(text, "x.json"), InputError);
+    CHECK_THROWS_WITH(io::parse_json(text, "x.json"), Contains(because));
+  };
+  refused(std::string("{}\n\0{", 5), "x.json:2:1: not valid JSON: a NUL byte");
+  refused("{\"list\": [1,\n 2, 1e400]}", "x.json:2:");
+  refused("{\"list\": [1,\n 2, 1e400]}", ": /list/2: the number is too large");
+  refused("\n\n  [1]", "x.json:3:3: expected an object, got [1]");
+  refused("7\n", "x.json:1:1: expected an object, got 7");
+  CHECK_NOTHROW(io::parse_json("[{}]", "x.json", io::JsonTop::object_or_array));
+  CHECK_THROWS_WITH(io::parse_json("\"text\"", "x.json", io::JsonTop::object_or_array),
+                    Contains("x.json:1:1: expected an object or an array of objects, got \"text\""));
+
+  const auto nested = [](std::size_t depth) {
+    return "{\"a\":\n" + std::string(depth - 1, '[') + std::string(depth - 1, ']') + "}";
+  };
+  CHECK_NOTHROW(io::parse_json(nested(io::kDeepestJson), "x.json"));
+  refused(nested(io::kDeepestJson + 1), "x.json:2:100: objects and arrays are nested more than 100 deep");
+  refused(nested(1'000'000), "x.json:2:100: objects and arrays are nested more than 100 deep");
+  refused("{\"a\":" + std::string(1'000'000, '['), "nested more than 100 deep");
+  std::string binary(1'000'000, '\x81');  // CBOR: arrays of one within each other
+  CHECK_THROWS_WITH(io::check_cbor<io::Json>(binary, "x"), Contains("nested more than 100 deep"));
+}
+
+TEST_CASE("json: a whole number beyond those of the processor is refused, not wrapped", "[io][json]") {
+  const io::Json json = io::parse_json(R"({"n": 9223372036854775807, "too": 9223372036854775808})", "x.json");
+  const io::JsonObject object(json, "x.json");
+  CHECK(object.integer("n") == 9223372036854775807L);
+  CHECK_THROWS_WITH(object.integer("too"), Contains("/too: expected a whole number, got 9223372036854775808"));
 }
 
 TEST_CASE("json: numbers are written so that they read back to the same bits", "[io][json]") {

@@ -22,7 +22,8 @@ Trajectory random_trajectory(std::size_t n) {
   for (const ChannelInfo& channel : kChannels)
     for (std::size_t i = 0; i < n; ++i) trajectory[channel.channel].push_back(stream.uniform(-3.0, 3.0));
   for (std::size_t i = 0; i < n; ++i) trajectory[Channel::t][i] = 0.1 * static_cast<double>(i);
-  for (std::size_t i = 0; i < n; ++i) trajectory[Channel::psi][i] = 0.02 * static_cast<double>(i);
+  for (const Channel unwrapped : {Channel::psi, Channel::az1, Channel::az2})
+    for (std::size_t i = 0; i < n; ++i) trajectory[unwrapped][i] = 0.02 * static_cast<double>(i);
   return trajectory;
 }
 
@@ -144,6 +145,21 @@ TEST_CASE("trajectory: a columns map reads a foreign recording", "[io][columns]"
                     Contains("no column 'speed'; found time, side, yaw rate"));
 }
 
+TEST_CASE("trajectory: a number may mark a missing sample, with blanks around it", "[io][columns]") {
+  const test::TemporaryFolder folder;
+  const io::ColumnsMap map = io::read_columns_map(folder.write(
+      "map.json",
+      R"({"missing": ["-9999"], "t_s": "t_s", "u_mps": "u_mps", "vm_mps": "vm_mps", "r_degps": "r_degps"})"));
+  const std::string header = "t_s,u_mps,vm_mps,r_degps\n";
+  const Trajectory t = io::read_trajectory(
+      folder.write("rec.csv", header + "0,-9999,0.1,0\n1,1, -9999 ,0\n-9999,-9999,-9999,-9999\n"), &map);
+  REQUIRE(t.size() == 2);
+  CHECK(std::isnan(t[Channel::u][0]));
+  CHECK(std::isnan(t[Channel::vm][1]));
+  CHECK_THROWS_WITH(io::read_trajectory(folder.write("rec.csv", header + "-9999,1,0,0\n"), &map),
+                    Contains("rec.csv:2: column 't_s': expected a finite number [s], got '-9999'"));
+}
+
 TEST_CASE("trajectory: a columns map that is wrong is refused with the pointer to the place", "[io][columns]") {
   const test::TemporaryFolder folder;
   const auto refused = [&](const std::string& text, const std::string& because) {
@@ -162,7 +178,7 @@ TEST_CASE("trajectory: a columns map that is wrong is refused with the pointer t
 TEST_CASE("trajectory: the shipped map reads the free-running tests of the Esso Osaka", "[io][columns][real]") {
   const std::string folder = LEEWAY_SHARED_FOLDER "/real/esso-osaka";
   if (!std::filesystem::exists(folder)) {
-    WARN("skipped: the recordings of the Esso Osaka model are not here");
+    WARN("SKIPPED: the recordings of the Esso Osaka model are not here");
     return;
   }
   const io::ColumnsMap map = io::read_columns_map(LEEWAY_SOURCE_FOLDER "/configs/columns/frt-ds-esso.json");

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "core/random.hpp"
@@ -84,6 +85,9 @@ TEST_CASE("scores: a case computed by hand", "[metrics]") {
   CHECK_THAT(s.rmse(1), WithinRel(std::sqrt(0.05 / 2.0), 1e-12));
   CHECK_THAT(s.rmse(2), WithinRel(std::sqrt(0.0025 / 2.0), 1e-12));
   CHECK_THAT(s.rmse_position, WithinRel(std::sqrt((9.0 + 25.0) / 2.0), 1e-12));
+  const std::vector<PointScore>& points = evaluation.recordings[0].points;
+  CHECK(points[1].position_sd == 0.0);
+  CHECK_THAT(points[2].position_sd, WithinRel(std::sqrt(2.0 * (0.25 + 2.25 + 6.25) / 6.0), 1e-12));
   CHECK(s.coverage == std::array<double, 3>{0.5, 0.5, 1.0});
   const double sigma_r2 = std::pow(0.1 * kPi / 180.0, 2);
   const double fit_1 = (0.01 + 0.02 / 6.0 + 0.04 + 0.08 / 6.0) / 1e-4 + (0.0025 + 0.005 / 6.0) / sigma_r2;
@@ -227,7 +231,8 @@ TEST_CASE("scores: the quantiles are those of chi-square with three degrees of f
   }
 }
 
-TEST_CASE("scores: sets are told apart by folder and by dataset.json, and overall weighs points alike", "[metrics]") {
+TEST_CASE("scores: sets are distinguished by folder and by dataset.json, and overall weighs points alike",
+          "[metrics]") {
   const Folder folder;
   const std::string truth = "t_s,u_mps,vm_mps,r_degps\n0,1,0,0\n1,1,0,0\n2,1,0,0\n";
   const std::string in_test = folder.write("test/truth/a.csv", truth), in_train = folder.write("train/b.csv", truth);

@@ -138,120 +138,158 @@ void pull_back_through_base(Eigen::Index k, Eigen::Index B, S dt, Work<S>& w) {
   }
 }
 
+// A rollout and its loss as the equations say, all windows side by side.
+template <typename S>
+class ReferenceRollout {
+ public:
+  ReferenceRollout(const RolloutModel<S>& model, const RolloutBatch<S>& batch, const S* parameters)
+      : model_(model),
+        batch_(batch),
+        parameters_(parameters),
+        start_parameters_(parameters + offset_of(model.dynamics, model.dynamics.hidden_layers + 1)),
+        B_(batch.windows),
+        K_(batch.points),
+        steps_(batch.points - 1),
+        wind_row_(3 + model.controls),
+        has_base_(batch.base.evaluate != nullptr),
+        has_start_(model.initial_state.outputs > 0),
+        observed_(batch.nu_observed, 3, B_ * K_),
+        weight_(batch.weight, 3, B_ * K_),
+        controls_(batch.controls, model.controls, B_ * K_),
+        true_wind_(batch.true_wind, 2, model.wind ? B_ * K_ : 0),
+        start_inputs_(batch.initial_state_inputs, model.initial_state.inputs, has_start_ ? B_ : 0),
+        mean_(model.input_mean, model.dynamics.inputs),
+        inverse_sd_(model.input_inverse_sd, model.dynamics.inputs),
+        output_offset_(model.output_offset, 3),
+        output_scale_(model.output_scale, 3) {
+    w_.dynamics.resize(model.dynamics, B_ * steps_, true);
+    w_.inputs.resize(model.dynamics.inputs, B_ * steps_);
+    w_.nu.resize(3, B_ * K_);
+    w_.psi.resize(1, B_ * K_);
+    w_.cosine.resize(1, B_ * K_);
+    w_.sine.resize(1, B_ * K_);
+    if (has_base_) {
+      w_.base_rates.resize(4, B_);
+      w_.base_derivatives.resize(4, 4 * B_ * steps_);
+    }
+  }
+
+  double loss_and_gradient(S* gradient) {
+    start();
+    for (Eigen::Index k = 0; k < steps_; ++k) step(k);
+    const double loss = compare();
+    w_.lambda_nu = w_.error.rightCols(B_);
+    w_.lambda_psi.setZero(1, B_);
+    for (Eigen::Index k = steps_ - 1; k >= 0; --k) step_back(k);
+    parameter_gradient(model_.dynamics, w_.inputs, w_.dynamics, gradient);
+    if (has_start_) start_back(gradient + (start_parameters_ - parameters_));
+    return loss / batch_.count;
+  }
+
+ private:
+  // The observed state plus the correction of the initial-state network.
+  void start() {
+    w_.nu.leftCols(B_) = observed_.leftCols(B_);
+    w_.psi.leftCols(B_) = Eigen::Map<const Eigen::Matrix<S, 1, Eigen::Dynamic>>(batch_.psi_initial, B_);
+    if (!has_start_) return;
+    w_.initial_state.resize(model_.initial_state, B_, true);
+    forward_columns(model_.initial_state, start_parameters_, start_inputs_, w_.initial_state, 0, B_);
+    for (Eigen::Index b = 0; b < B_; ++b) {
+      const S mask = batch_.initial_state_mask[b];
+      w_.psi(0, b) += mask * model_.initial_state_scale[2] * w_.initial_state.output(2, b);
+      for (int i = 0; i < 3; ++i)
+        w_.nu(i, b) += mask * model_.initial_state_scale[3 + i] * w_.initial_state.output(3 + i, b);
+    }
+  }
+
+  // Euler from k to k + 1 with the inputs of k.
+  void step(Eigen::Index k) {
+    const Eigen::Index c = k * B_;
+    auto inputs = w_.inputs.middleCols(c, B_);
+    const auto nu = w_.nu.middleCols(c, B_);
+    inputs.topRows(3) = nu;
+    inputs.middleRows(3, model_.controls) = controls_.middleCols(c, B_);
+    if (model_.wind) {
+      auto cosine = w_.cosine.middleCols(c, B_).array();
+      auto sine = w_.sine.middleCols(c, B_).array();
+      cosine = w_.psi.middleCols(c, B_).array().cos();
+      sine = w_.psi.middleCols(c, B_).array().sin();
+      const auto x = true_wind_.middleCols(c, B_).row(0).array(), y = true_wind_.middleCols(c, B_).row(1).array();
+      inputs.row(wind_row_).array() = cosine * x + sine * y + nu.row(0).array();
+      inputs.row(wind_row_ + 1).array() = cosine * y - sine * x + nu.row(1).array();
+    }
+    for (Eigen::Index b = 0; b < B_; ++b) inputs.col(b) = (inputs.col(b) - mean_).cwiseProduct(inverse_sd_);
+    forward_columns(model_.dynamics, parameters_, w_.inputs, w_.dynamics, c, B_);
+    for (Eigen::Index b = 0; b < B_; ++b)
+      w_.nu.col(c + B_ + b) =
+          w_.nu.col(c + b) + model_.dt * (output_offset_ + output_scale_.cwiseProduct(w_.dynamics.output.col(c + b)));
+    if (has_base_)
+      add_base(batch_.base, static_cast<int>(k), B_, model_.dt, w_);
+    else
+      w_.psi.middleCols(c + B_, B_) = w_.psi.middleCols(c, B_) + model_.dt * nu.row(2);
+  }
+
+  // The loss; its derivatives by each point's velocity go to w_.error.
+  double compare() {
+    w_.error = w_.nu - observed_;
+    double loss = 0.0;
+    for (Eigen::Index c = 0; c < B_ * K_; ++c)
+      for (int i = 0; i < 3; ++i) loss += static_cast<double>(weight_(i, c)) * w_.error(i, c) * w_.error(i, c);
+    const S twice = static_cast<S>(2.0 / batch_.count);
+    w_.error.array() *= twice * weight_.array();
+    return loss;
+  }
+
+  // lambda, the loss derivative by the state, from k + 1 to k.
+  void step_back(Eigen::Index k) {
+    const Eigen::Index c = k * B_;
+    auto delta = w_.dynamics.delta[model_.dynamics.hidden_layers].middleCols(c, B_);
+    for (Eigen::Index b = 0; b < B_; ++b) delta.col(b) = model_.dt * output_scale_.cwiseProduct(w_.lambda_nu.col(b));
+    backward_columns(model_.dynamics, parameters_, w_.dynamics, c, B_, &w_.input_derivative);
+    for (Eigen::Index b = 0; b < B_; ++b)
+      w_.input_derivative.col(b) = w_.input_derivative.col(b).cwiseProduct(inverse_sd_);
+    if (has_base_) pull_back_through_base(k, B_, model_.dt, w_);
+    w_.lambda_nu += w_.input_derivative.topRows(3) + w_.error.middleCols(c, B_);
+    if (!has_base_) w_.lambda_nu.row(2) += model_.dt * w_.lambda_psi;
+    if (model_.wind) {
+      const auto dx = w_.input_derivative.row(wind_row_).array(), dy = w_.input_derivative.row(wind_row_ + 1).array();
+      const auto cosine = w_.cosine.middleCols(c, B_).array(), sine = w_.sine.middleCols(c, B_).array();
+      const auto x = true_wind_.middleCols(c, B_).row(0).array(), y = true_wind_.middleCols(c, B_).row(1).array();
+      w_.lambda_nu.row(0).array() += dx;
+      w_.lambda_nu.row(1).array() += dy;
+      w_.lambda_psi.array() += dx * (cosine * y - sine * x) - dy * (cosine * x + sine * y);
+    }
+  }
+
+  void start_back(S* gradient) {
+    auto& delta = w_.initial_state.delta[model_.initial_state.hidden_layers];
+    for (Eigen::Index b = 0; b < B_; ++b) {
+      const S mask = batch_.initial_state_mask[b];
+      delta(0, b) = delta(1, b) = S(0);  // the position is not in the loss
+      delta(2, b) = mask * model_.initial_state_scale[2] * w_.lambda_psi(0, b);
+      for (int i = 0; i < 3; ++i) delta(3 + i, b) = mask * model_.initial_state_scale[3 + i] * w_.lambda_nu(i, b);
+    }
+    backward_columns<S>(model_.initial_state, start_parameters_, w_.initial_state, 0, B_, nullptr);
+    parameter_gradient(model_.initial_state, start_inputs_, w_.initial_state, gradient);
+  }
+
+  const RolloutModel<S>& model_;
+  const RolloutBatch<S>& batch_;
+  const S *parameters_, *start_parameters_;
+  const Eigen::Index B_, K_, steps_;  // windows, points
+  const int wind_row_;
+  const bool has_base_, has_start_;
+  const ConstMatrix<S> observed_, weight_, controls_, true_wind_, start_inputs_;
+  const Eigen::Map<const Vector<S>> mean_, inverse_sd_, output_offset_, output_scale_;
+  Work<S> w_;
+};
+
 }  // namespace
 
 template <typename S>
 double reference_loss_and_gradient(const RolloutModel<S>& model, const RolloutBatch<S>& batch, const S* parameters,
                                    S* gradient) {
-  Work<S> w;
-  const Eigen::Index B = batch.windows, K = batch.points, steps = K - 1;
-  const NetworkShape& net = model.dynamics;
-  const NetworkShape& start = model.initial_state;
-  const int wind_row = 3 + model.controls;
-  const S* start_parameters = parameters + offset_of(net, (net.hidden_layers + 1));
-  const ConstMatrix<S> observed(batch.nu_observed, 3, B * K), weight(batch.weight, 3, B * K);
-  const ConstMatrix<S> controls(batch.controls, model.controls, B * K),
-      true_wind(batch.true_wind, 2, model.wind ? B * K : 0);
-  const ConstMatrix<S> start_inputs(batch.initial_state_inputs, start.inputs, start.outputs > 0 ? B : 0);
-  const Eigen::Map<const Vector<S>> mean(model.input_mean, net.inputs), inverse_sd(model.input_inverse_sd, net.inputs);
-  const Eigen::Map<const Vector<S>> output_offset(model.output_offset, 3), output_scale(model.output_scale, 3);
-
-  w.dynamics.resize(net, B * steps, true);
-  w.inputs.resize(net.inputs, B * steps);
-  w.nu.resize(3, B * K);
-  w.psi.resize(1, B * K);
-  w.cosine.resize(1, B * K);
-  w.sine.resize(1, B * K);
-  const bool has_base = batch.base.evaluate != nullptr;
-  if (has_base) {
-    w.base_rates.resize(4, B);
-    w.base_derivatives.resize(4, 4 * B * steps);
-  }
-
-  // Start: the observed state plus the correction of the initial-state network.
-  w.nu.leftCols(B) = observed.leftCols(B);
-  w.psi.leftCols(B) = Eigen::Map<const Eigen::Matrix<S, 1, Eigen::Dynamic>>(batch.psi_initial, B);
-  if (start.outputs > 0) {
-    w.initial_state.resize(start, B, true);
-    forward_columns(start, start_parameters, start_inputs, w.initial_state, 0, B);
-    for (Eigen::Index b = 0; b < B; ++b) {
-      const S mask = batch.initial_state_mask[b];
-      w.psi(0, b) += mask * model.initial_state_scale[2] * w.initial_state.output(2, b);
-      for (int i = 0; i < 3; ++i)
-        w.nu(i, b) += mask * model.initial_state_scale[3 + i] * w.initial_state.output(3 + i, b);
-    }
-  }
-
-  // Rollout by Euler; the inputs of step k act from k to k + 1.
-  for (Eigen::Index k = 0; k < steps; ++k) {
-    const Eigen::Index c = k * B;
-    auto inputs = w.inputs.middleCols(c, B);
-    const auto nu = w.nu.middleCols(c, B);
-    inputs.topRows(3) = nu;
-    inputs.middleRows(3, model.controls) = controls.middleCols(c, B);
-    if (model.wind) {
-      auto cosine = w.cosine.middleCols(c, B).array();
-      auto sine = w.sine.middleCols(c, B).array();
-      cosine = w.psi.middleCols(c, B).array().cos();
-      sine = w.psi.middleCols(c, B).array().sin();
-      const auto x = true_wind.middleCols(c, B).row(0).array(), y = true_wind.middleCols(c, B).row(1).array();
-      inputs.row(wind_row).array() = cosine * x + sine * y + nu.row(0).array();
-      inputs.row(wind_row + 1).array() = cosine * y - sine * x + nu.row(1).array();
-    }
-    for (Eigen::Index b = 0; b < B; ++b) inputs.col(b) = (inputs.col(b) - mean).cwiseProduct(inverse_sd);
-    forward_columns(net, parameters, w.inputs, w.dynamics, c, B);
-    for (Eigen::Index b = 0; b < B; ++b)
-      w.nu.col(c + B + b) =
-          w.nu.col(c + b) + model.dt * (output_offset + output_scale.cwiseProduct(w.dynamics.output.col(c + b)));
-    if (has_base)
-      add_base(batch.base, static_cast<int>(k), B, model.dt, w);
-    else
-      w.psi.middleCols(c + B, B) = w.psi.middleCols(c, B) + model.dt * nu.row(2);
-  }
-
-  // Loss, and its derivative with respect to each point's velocity.
-  w.error = w.nu - observed;
-  double loss = 0.0;
-  for (Eigen::Index c = 0; c < B * K; ++c)
-    for (int i = 0; i < 3; ++i) loss += static_cast<double>(weight(i, c)) * w.error(i, c) * w.error(i, c);
-  const S twice = static_cast<S>(2.0 / batch.count);
-  w.error.array() *= twice * weight.array();
-
-  // Backpropagation through time: lambda is the derivative with respect to the state at k.
-  w.lambda_nu = w.error.rightCols(B);
-  w.lambda_psi.setZero(1, B);
-  for (Eigen::Index k = steps - 1; k >= 0; --k) {
-    const Eigen::Index c = k * B;
-    auto delta = w.dynamics.delta[net.hidden_layers].middleCols(c, B);
-    for (Eigen::Index b = 0; b < B; ++b) delta.col(b) = model.dt * output_scale.cwiseProduct(w.lambda_nu.col(b));
-    backward_columns(net, parameters, w.dynamics, c, B, &w.input_derivative);
-    for (Eigen::Index b = 0; b < B; ++b) w.input_derivative.col(b) = w.input_derivative.col(b).cwiseProduct(inverse_sd);
-    if (has_base) pull_back_through_base(k, B, model.dt, w);
-    w.lambda_nu += w.input_derivative.topRows(3) + w.error.middleCols(c, B);
-    if (!has_base) w.lambda_nu.row(2) += model.dt * w.lambda_psi;
-    if (model.wind) {
-      const auto dx = w.input_derivative.row(wind_row).array(), dy = w.input_derivative.row(wind_row + 1).array();
-      const auto cosine = w.cosine.middleCols(c, B).array(), sine = w.sine.middleCols(c, B).array();
-      const auto x = true_wind.middleCols(c, B).row(0).array(), y = true_wind.middleCols(c, B).row(1).array();
-      w.lambda_nu.row(0).array() += dx;
-      w.lambda_nu.row(1).array() += dy;
-      w.lambda_psi.array() += dx * (cosine * y - sine * x) - dy * (cosine * x + sine * y);
-    }
-  }
-  parameter_gradient(net, w.inputs, w.dynamics, gradient);
-
-  if (start.outputs > 0) {
-    auto& delta = w.initial_state.delta[start.hidden_layers];
-    for (Eigen::Index b = 0; b < B; ++b) {
-      const S mask = batch.initial_state_mask[b];
-      delta(0, b) = delta(1, b) = S(0);  // the position is not in the loss
-      delta(2, b) = mask * model.initial_state_scale[2] * w.lambda_psi(0, b);
-      for (int i = 0; i < 3; ++i) delta(3 + i, b) = mask * model.initial_state_scale[3 + i] * w.lambda_nu(i, b);
-    }
-    backward_columns<S>(start, start_parameters, w.initial_state, 0, B, nullptr);
-    parameter_gradient(start, start_inputs, w.initial_state, gradient + offset_of(net, (net.hidden_layers + 1)));
-  }
-  return loss / batch.count;
+  return ReferenceRollout<S>(model, batch, parameters).loss_and_gradient(gradient);
 }
 
 template <typename S>

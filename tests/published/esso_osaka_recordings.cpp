@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 #include "dynamics/replay.hpp"
-#include "gap/audit.hpp"
+#include "gap/sensors/audit.hpp"
 #include "io/files.hpp"
 #include "io/trajectory_csv.hpp"
 #include "recording/samples.hpp"
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 TEST_CASE("esso-osaka-3m: replayed random tests stay close to the recorded velocities", "[published]") {
   const fs::path folder = LEEWAY_SHARED_FOLDER "/real/esso-osaka/random";
   if (!fs::exists(folder)) {
-    WARN("skipped: no " << folder.string());
+    WARN("SKIPPED: no " << folder.string());
     return;
   }
   const Ship ship = read_ship("esso-osaka-3m");
@@ -67,7 +67,7 @@ TEST_CASE("audit: in recordings of a real model, a heading turned by 3 deg is fo
           "[published]") {
   const fs::path folder = LEEWAY_SHARED_FOLDER "/real/esso-osaka";
   if (!fs::exists(folder)) {
-    WARN("skipped: no " << folder.string());
+    WARN("SKIPPED: no " << folder.string());
     return;
   }
   const io::ColumnsMap map = io::read_columns_map("frt-ds-esso");

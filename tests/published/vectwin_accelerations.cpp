@@ -13,7 +13,7 @@ using namespace leeway;
 TEST_CASE("vectwin-3m: accelerations agree with an independent code", "[published]") {
   const std::string path = LEEWAY_SHARED_FOLDER "/reference/vectwin-3m-accelerations.csv";
   if (!std::filesystem::exists(path)) {
-    WARN("skipped: no " << path);
+    WARN("SKIPPED: no " << path);
     return;
   }
   Ship ship = read_ship("vectwin-3m");

@@ -136,6 +136,51 @@ TEST_CASE("resample: rows that are not there are a hole as missing samples are",
   }
 }
 
+TEST_CASE("resample: a hole costs nothing however long it is, and changes nothing beside it", "[recording][resample]") {
+  for (const auto how : {StateResampling::decimate, StateResampling::average})
+    for (const double dt_s : {0.1, 0.25, 1.0}) {
+      const Trajectory first = smooth(0.25, 60);
+      const auto alone = resample(first, kRudder, true, dt_s, how);
+      REQUIRE(alone.size() == 1);
+      for (const double hole_s : {10.0, 1e4, 1e8, 1.7e9, 9e10}) {
+        CAPTURE(dt_s, hole_s);
+        Trajectory both = first;
+        const Trajectory later = smooth(0.25, 80, first[Channel::t].back() + hole_s);
+        for (std::size_t c = 0; c < kChannelCount; ++c)
+          both.columns[c].insert(both.columns[c].end(), later.columns[c].begin(), later.columns[c].end());
+        const auto stretches = resample(both, kRudder, true, dt_s, how);
+        REQUIRE(stretches.size() == 2);
+        // Averaged, the last point still sees samples of half a step, and one more may.
+        CHECK(stretches[0].size() >= alone[0].size());
+        CHECK(stretches[0].size() <= alone[0].size() + 1);
+        const Eigen::Index n = alone[0].size();
+        CHECK(stretches[0].nu.leftCols(n) == alone[0].nu);
+        CHECK(stretches[0].true_wind.leftCols(n) == alone[0].true_wind);
+        const auto points = static_cast<double>(stretches[1].size());
+        CHECK_THAT(points * dt_s, WithinAbs(79 * 0.25, 2.0 * dt_s + 0.25));
+        CHECK(stretches[1].t0_s >= later[Channel::t].front() - dt_s);
+      }
+    }
+  CHECK_THROWS_WITH(resample(smooth(1e8, 60), kRudder, false, 1.0),
+                    Catch::Matchers::Contains("smooth.csv:1: column 't_s': sampled every 1e+08 s"));
+}
+
+TEST_CASE("recording: a clock that jumps is found, and a pause between tests is not one", "[recording]") {
+  Trajectory recording = smooth(1.0, 60, 0.0);
+  CHECK_FALSE(clock_jumps(recording));
+  CHECK(mean_sampling_time_s(recording) == 1.0);
+  for (std::size_t i = 30; i < 60; ++i) recording[Channel::t][i] += 1.7e9;
+  recording.longest_step = {32, 29.0, 1.7e9 + 30.0};
+  CHECK(clock_jumps(recording));
+  CHECK(jump_text(recording) == "from 29 s to 1700000030 s in one step, while all others last 58 s together");
+  CHECK(spans_between_jumps(recording).size() == 2);
+  CHECK(mean_sampling_time_s(recording) == 1.0);
+  recording.longest_step = {32, 29.0, 80.0};
+  for (std::size_t i = 30; i < 60; ++i) recording[Channel::t][i] -= 1.7e9 - 50.0;
+  CHECK_FALSE(clock_jumps(recording));
+  CHECK(spans_between_jumps(recording).size() == 1);
+}
+
 TEST_CASE("resample: an apparent wind alone gives the same true wind", "[recording][resample]") {
   const Trajectory with_true = smooth(0.5, 30);
   Trajectory with_apparent = with_true;

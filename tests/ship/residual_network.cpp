@@ -1,6 +1,7 @@
 #include "ship/residual_network.hpp"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "core/units.hpp"

@@ -1,6 +1,7 @@
 #include "ship/ship.hpp"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
@@ -64,6 +65,12 @@ TEST_CASE("ship: a misspelled, missing or impossible value is refused with its p
                       j["actuators"][3]["initial_rps"] = 4;
                     }),
                     Contains("/actuators/3/initial_rps: expected 0"));
+  CHECK_THROWS_WITH(read_changed([](io::Json& j) { j["actuators"][3]["pitch_current"]["n_rps_at_1"] = 0; }),
+                    Contains("/actuators/3/pitch_current/n_rps_at_1: expected a number > 0, got 0"));
+  CHECK_THROWS_WITH(read_changed([](io::Json& j) { j["actuators"][3]["pitch_current"].erase("source"); }),
+                    Contains("/actuators/3/pitch_current/source"));
+  CHECK_THROWS_WITH(read_changed([](io::Json& j) { j["actuators"][2]["pitch_current"] = j["actuators"][3]; }),
+                    Contains("/actuators/2/pitch_current: a bow thruster (n_bt) can have it, 'n_p' cannot"));
   CHECK_THROWS_WITH(read_changed([](io::Json& j) { j["scale"] = 0; }), Contains("/scale: expected a number > 0"));
   CHECK_THROWS_AS(read_ship("no-such-ship"), UsageError);
 }
@@ -101,7 +108,10 @@ TEST_CASE("ship: every part of every shipped ship says where its numbers come fr
     CAPTURE(name);
     CHECK(ship.name == name);
     CHECK_FALSE(ship.description.empty());
-    CHECK(ship.sources.size() == 6 + ship.thrusters.size() + (ship.wind ? 1 : 0));
+    const Actuator* bow_thruster = ship.find_actuator(Channel::n_bt);
+    const bool has_current = bow_thruster != nullptr && bow_thruster->n_at_pitch_current_1 > 0.0;
+    CHECK(ship.sources.size() ==
+          4 + (ship.propeller ? 2 : 0) + ship.thrusters.size() + (ship.wind ? 1 : 0) + (has_current ? 1 : 0));
     for (const PartSource& s : ship.sources) CHECK_FALSE(s.source.empty());
   }
 }

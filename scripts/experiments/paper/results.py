@@ -1,13 +1,17 @@
 """Reads a folder of results of the Makefile here, for figures and claims."""
 
 import csv
+import functools
 import json
 import pathlib
 
 import numpy as np
 
 SETS = ("Test-B", "Test-ZT", "Test-R")
+FULL_SET = "Test-Full-B"
 SAMPLINGS = {"ts-inf": "TS-infinity", "ts1": "TS1"}
+STATES = ("u_mps", "vm_mps", "r_degps")
+QUANTITIES = (*STATES, "delta_p_deg", "delta_s_deg", "n_bt_rps")
 
 
 class Results:
@@ -19,6 +23,7 @@ class Results:
         self.init_repeats = int(self.settings["INIT_REPEATS"])
         self.pool = max(self.members * self.repeats, self.init_repeats)
 
+    @functools.cache
     def scores(self, name):
         """{data set: entry} of the metrics file NAME.json."""
         metrics = json.loads((self.folder / f"{name}.json").read_text(encoding="utf-8"))
@@ -28,6 +33,7 @@ class Results:
         """L_fit on Train-B of the networks trained `with` or `without` the initial-state network."""
         return np.array([self.scores(f"fit/{kind}-{k + 1}")["Train-B"]["L_fit"] for k in range(self.init_repeats)])
 
+    @functools.cache
     def sampling(self, sampling, key):
         """{data set: (members, repeats)} of a figure; nan where it is undefined."""
         table = {name: np.full((self.members, self.repeats), np.nan) for name in SETS}
@@ -39,22 +45,64 @@ class Results:
                     table[name][m, r] = np.nan if value is None else value
         return table
 
-    def distances(self, folder, sampling):
-        """{data set: {"eucl", "maha", "spread": (points,)}}, k >= 1; spread is the root of the trace of the particles' covariance."""
-        found = {name: [] for name in SETS}
+    @functools.cache
+    def points(self, folder, sampling):
+        """{data set: {column: (points,)}} of the per-step file, k >= 1: recording and sequence, t_s, eucl, maha, position_error_m,
+        position_sd_m; spread is the root of the trace of the particles' covariance of velocities."""
+        found = {}
         with open(self.folder / folder / f"{sampling}.csv", newline="", encoding="utf-8") as stream:
             for row in csv.DictReader(stream):
                 if row["step"] == "0":
                     continue
+                columns = found.setdefault(set_of(row["recording"]), {})
                 sd = float(row["u_sd_mps"]), float(row["vm_sd_mps"]), np.radians(float(row["r_sd_degps"]))
-                maha = float(row["maha"]) if row["maha"] else np.nan
-                found[set_of(row["recording"])].append((float(row["eucl"]), maha, np.sqrt(np.sum(np.square(sd)))))
-        return {name: dict(zip(("eucl", "maha", "spread"), np.array(rows).T)) for name, rows in found.items()}
+                columns.setdefault("sequence", []).append(f"{row['recording']} {row['sequence']}")
+                columns.setdefault("spread", []).append(float(np.sqrt(np.sum(np.square(sd)))))
+                for name in ("t_s", "eucl", "maha", "position_error_m", "position_sd_m"):
+                    columns.setdefault(name, []).append(float(row[name]) if row[name] else np.nan)
+        return {name: {key: np.array(values) for key, values in columns.items()} for name, columns in found.items()}
 
-    def sweep(self, members, trained_on="berthings"):
+    def sequences(self, folder, sampling, sets):
+        """For each sequence of these sets: root mean square of d_E and of the spread of velocities, error and spread of the position at
+        its end, the share of its points where the bias is larger than the spread."""
+        rows = {}
+        for name in sets:
+            points = self.points(folder, sampling)[name]
+            for sequence in dict.fromkeys(points["sequence"]):
+                at = points["sequence"] == sequence
+                last = np.flatnonzero(at)[-1]
+                rows[sequence] = (np.sqrt(np.mean(points["eucl"][at] ** 2)), np.sqrt(np.mean(points["spread"][at] ** 2)),
+                                  points["position_error_m"][last], points["position_sd_m"][last], np.mean(points["eucl"][at] > points["spread"][at]))
+        columns = ("eucl", "spread", "position_error_m", "position_sd_m", "bias_beyond_spread")
+        return list(rows), dict(zip(columns, np.array(list(rows.values())).T))
+
+    @functools.cache
+    def truths(self, folder, name):
+        """The noise-free recordings of a set: a list of {quantity: (samples,)}."""
+        files = sorted((self.folder / folder / name / "truth").glob("*.csv"))
+        if not files:
+            raise ValueError(f"{folder}/{name}/truth holds no recording")
+        return [read_columns(file, QUANTITIES) for file in files]
+
+    def unrecorded(self):
+        """{recording: physics that acted on it and that no column holds} of the full-scale test set, where the data set says it."""
+        path = self.folder / "data-full" / FULL_SET / "truth" / "runs.json"
+        if not path.exists():
+            return {}
+        runs = json.loads(path.read_text(encoding="utf-8"))["runs"]
+        return {run["recording"]: [effect["type"] for effect in run["unrecorded"]] for run in runs if run.get("unrecorded")}
+
+    def sweep(self, members):
         """(gains K_P, gains K_D, {column: (K_D, K_P) scores}) of a sweep with the first members."""
-        name = {"berthings": "sweep", "turns": "turns-sweep"}[trained_on]
-        return read_sweep(self.folder / "pd" / f"{name}-{members}.csv")
+        return read_sweep(self.folder / "pd" / f"sweep-{members}.csv")
+
+    def runs(self, gain):
+        """{model: {column: (samples,)}} of the controller's runs with both gains alike; the true ship is `true`."""
+        with open(self.folder / "pd" / "runs" / f"kp{gain}_kd{gain}.csv", newline="", encoding="utf-8") as stream:
+            rows = list(csv.DictReader(stream))
+        names = [name for name in rows[0] if name != "model"]
+        return {model: {name: np.array([float(row[name]) for row in rows if row["model"] == model]) for name in names}
+                for model in dict.fromkeys(row["model"] for row in rows)}
 
     def train_seconds(self, name, members=None):
         """CPU time of a training; of the first members only, where they are a part of it."""
@@ -69,7 +117,13 @@ class Results:
 
 def set_of(recording):
     """The data set that a recording of the paper's sets belongs to, by its name."""
-    return next(name for name in SETS if recording.startswith(name.lower() + "-"))
+    return next(name for name in (*SETS, FULL_SET) if recording.startswith(name.lower() + "-"))
+
+
+def read_columns(path, names):
+    with open(path, newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    return {name: np.array([float(row[name]) if row[name] else np.nan for row in rows]) for name in names}
 
 
 def read_sweep(path):

@@ -1,0 +1,20 @@
+#include "core/statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace leeway {
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double robust_sd(std::vector<double> values) {
+  for (double& value : values) value = std::abs(value);
+  return 1.4826 * median(std::move(values));
+}
+
+}  // namespace leeway

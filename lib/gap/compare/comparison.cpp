@@ -1,0 +1,455 @@
+#include "gap/compare/comparison.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include <Eigen/Cholesky>
+
+#include "core/distributions.hpp"
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "gap/compare/candidates.hpp"
+#include "gap/compare/places.hpp"
+#include "gap/compare/terms.hpp"
+#include "gap/decide/decide.hpp"
+#include "gap/detect/effect_library.hpp"
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+namespace {
+
+template <typename Value>
+std::vector<Value> at(const std::vector<Value>& all, const std::vector<std::size_t>& places) {
+  std::vector<Value> some;
+  for (const std::size_t place : places) some.push_back(all[place]);
+  return some;
+}
+
+Campaign of_stretches(Campaign campaign, const std::vector<std::size_t>& places) {
+  campaign.stretches = at(campaign.stretches, places);
+  return campaign;
+}
+FittedNull of_stretches(FittedNull fit, const std::vector<std::size_t>& places) {
+  fit.stretches = at(fit.stretches, places);
+  fit.smoothed = at(fit.smoothed, places);
+  fit.event_scale = at(fit.event_scale, places);
+  return fit;
+}
+
+// The start of what was added to a fit from where it is nothing; none where that is infinitely far.
+std::optional<Start> at_neutral(const Fitted& from, const Start& added) {
+  Start start{added.hypothesis, added.theta, from.log_evidence};
+  const Eigen::Index known = from.fit.theta.size() - 1;
+  start.theta.head(known) = from.fit.theta.head(known);
+  start.theta[start.theta.size() - 1] = from.fit.theta[known];
+  Eigen::Index at = known;
+  for (std::size_t i = from.hypothesis.effects.size(); i < added.hypothesis.effects.size(); ++i) {
+    const std::optional<Eigen::VectorXd> neutral = added.hypothesis.effects[i].neutral();
+    if (!neutral) return std::nullopt;
+    start.theta.segment(at, neutral->size()) = *neutral;
+    at += neutral->size();
+  }
+  return start;
+}
+
+bool begins_and_ends(const std::set<std::string>& effects) {
+  return std::any_of(effects.begin(), effects.end(),
+                     [](const std::string& effect) { return bound_to(effect) == BoundTo::time; });
+}
+
+void sort(std::vector<Comparison::ExpectedGain>& expected_gains) {
+  std::stable_sort(expected_gains.begin(), expected_gains.end(),
+                   [](const Comparison::ExpectedGain& a, const Comparison::ExpectedGain& b) {
+                     return a.starts.front().log_evidence > b.starts.front().log_evidence;
+                   });
+}
+
+}  // namespace
+
+Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const ComparisonOptions& options)
+    : campaign_(campaign), options_(options), sample_places_(sample_of(null.stretches, kPolicy.compare.few_points)) {
+  if (!is_own_sample()) sample_ = of_stretches(campaign, sample_places_);
+  fit_options_.jobs = options.jobs;
+  fit_options_.most_iterations = static_cast<int>(kPolicy.compare.refit_iterations);
+  // Gone on with as the others will be, so that none gains by a few steps more.
+  Fitted none;
+  none.fit = null;
+  if (options.none_is_possible) continue_fit(none);
+  choose_tolerance(campaign, none);
+  blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
+  folds_ = folds_of(campaign, blocks_);
+  none.fold_evidence = fold_evidence(none.fit, blocks_, folds_);
+  all_.push_back(std::move(none));
+}
+
+std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t from, std::vector<std::string>* unexcited,
+                                                                 std::vector<Start>* pair) {
+  const FittedNull& fit = all_[from].fit;
+  const std::set<std::string> present = name_set(all_[from].hypothesis);
+  std::vector<Candidate> candidates;
+  const Identifiable is_identifiable(campaign_);
+  for (const EffectDescription& description : effect_catalogue()) {
+    const std::string effect(description.info.name);
+    if (!EffectLibrary::holds(effect) || present.contains(effect)) continue;
+    if (!is_identifiable(effect)) {
+      if (unexcited) unexcited->push_back(effect);
+      continue;
+    }
+    for (Candidate& candidate : candidates_with(campaign_, effect, {})) candidates.push_back(std::move(candidate));
+  }
+  std::vector<EffectScreen> screens;
+  for (const double share : {1.0, 0.0})
+    if (share == 1.0 || is_shifted(fit))
+      screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, tolerances(fit),
+                           ScreenOptions{options_.jobs});
+
+  std::vector<ExpectedGain> result;
+  std::map<std::string, std::vector<std::size_t>> best_of;  // by effect: its candidates
+  for (std::size_t c = 0; c < candidates.size();) {
+    const std::string& effect = candidates[c].effects.front().name();
+    ExpectedGain expected{effect, {}, 0.0};
+    double most = -std::numeric_limits<double>::infinity();
+    bool is_excited = false;
+    const std::size_t begin = c;
+    while (c < candidates.size() && candidates[c].effects.front().name() == effect) ++c;
+    for (const EffectScreen& screen : screens)
+      for (const std::vector<std::size_t>& set : sets_of(screen, begin, c, false)) {
+        expected.starts.push_back(screen.start(set));
+        const double evidence = expected.starts.back().log_evidence;
+        is_excited |= std::abs(evidence - screen.log_evidence({})) > kPolicy.compare.unexcited;
+        if (evidence > most) most = evidence, best_of[effect] = set;
+      }
+    if (!is_excited) {
+      if (unexcited) unexcited->push_back(effect);
+      best_of.erase(effect);
+      continue;
+    }
+    sort(expected.starts);
+    expected.gain = most - screens.front().log_evidence({});
+    screened_[from][effect] = expected.gain;
+    result.push_back(std::move(expected));
+  }
+  if (pair) {  // both from the same coefficients
+    for (const auto& [a, of_a] : best_of)
+      for (const auto& [b, of_b] : best_of) {
+        if (!(a < b)) continue;
+        std::vector<std::size_t> both = of_a;
+        both.insert(both.end(), of_b.begin(), of_b.end());
+        for (const EffectScreen& screen : screens)
+          if (const double evidence = screen.log_evidence(both); pair->empty() || evidence > pair->front().log_evidence)
+            pair->assign({screen.start(both)});
+      }
+  }
+  sort(result);
+  return result;
+}
+
+std::vector<Comparison::ExpectedGain> Comparison::expected_gains_of_places(std::size_t from,
+                                                                           const std::vector<Interval>& events) {
+  const bool acts_at_times = !events.empty();
+  const std::set<std::string> present = name_set(all_[from].hypothesis);
+  std::vector<ExpectedGain> result;
+  for (const EffectDescription& description : effect_catalogue()) {
+    const auto& [info, parameters] = description;
+    const std::string effect(info.name);
+    if (info.bound_to != BoundTo::place || present.contains(effect)) continue;
+    if (info.search == SearchStart::contact && !acts_at_times) continue;
+    std::vector<Candidate> candidates;
+    for (const FreeEffect::Choice& choice : places_of(effect, campaign_, events))
+      for (Candidate& candidate : candidates_of(effect, campaign_.ship, {choice}))
+        candidates.push_back(std::move(candidate));
+    if (candidates.empty()) continue;
+    // What fenders and lines that go taut do are events. There are many places of what acts always.
+    ScreenOptions screen_options{options_.jobs};
+    screen_options.knows_events = info.search == SearchStart::wall || !acts_at_times;
+    if (info.search != SearchStart::contact) screen_options.most_points = kPolicy.compare.few_points;
+    const EffectScreen screen = screen_of(campaign_, all_[from], candidates, screen_options);
+    result.push_back({effect, {}, 0.0});
+    ExpectedGain& expected = result.back();
+    for (std::size_t c = 0; c < candidates.size(); ++c)  // but those that the ship does not reach
+      if (std::abs(screen.log_evidence({c}) - screen.log_evidence({})) > kPolicy.compare.unexcited)
+        expected.starts.push_back(screen.start({c}));
+    if (expected.starts.empty()) {
+      result.pop_back();
+      continue;
+    }
+    sort(expected.starts);
+    if (info.search != SearchStart::anchor) keep_apart(expected.starts);
+    expected.gain = expected.starts.front().log_evidence - screen.log_evidence({});
+  }
+  sort(result);
+  return result;
+}
+
+std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& effect,
+                                           const FreeEffect::Choice& choice) {
+  const FittedNull& fit = all_[from].fit;
+  const std::vector<Candidate> candidates = candidates_with(campaign_, effect, choice);
+  std::vector<Start> starts;
+  for (const double share : {1.0, 0.0}) {
+    if (candidates.empty() || (share == 0.0 && !is_shifted(fit))) break;
+    const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share, tolerances(fit),
+                              {options_.jobs});
+    for (const auto& set : sets_of(screen, 0, candidates.size(), choice.recording.has_value()))
+      starts.push_back(screen.start(set));
+  }
+  sort(starts);
+  return starts;
+}
+
+std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<Start>& starts,
+                                           std::size_t most_starts) {
+  if (starts.empty()) return std::nullopt;
+  const std::set<std::string> names = name_set(starts.front().hypothesis);
+  for (std::size_t i = 0; i < all_.size(); ++i)
+    if (name_set(all_[i].hypothesis) == names) return i;
+  const auto fitted_from = [&](const Start& start) -> std::optional<Fitted> {
+    try {
+      Fitted fitted;
+      fitted.hypothesis = start.hypothesis;
+      fitted.fit = fit_with(campaign_, all_[from].fit, fitted.hypothesis, start.theta, fit_options_);
+      fitted.log_evidence = gap::log_evidence(fitted.fit);
+      if (!std::isfinite(fitted.log_evidence)) return std::nullopt;
+      return fitted;
+    } catch (const NumericalError&) {  // with this effect the simulator runs away: it is no explanation
+      return std::nullopt;
+    }
+  };
+  std::optional<Fitted> best;
+  for (std::size_t i = 0; i < std::min(most_starts, starts.size()); ++i) {
+    if (starts[i].log_evidence < starts.front().log_evidence - kPolicy.compare.far_behind_best_start) break;
+    if (auto fitted = fitted_from(starts[i]); fitted && (!best || fitted->log_evidence > best->log_evidence))
+      best = std::move(fitted);
+  }
+  if (best) choose_tolerance(campaign_, *best);
+  if (best && begins_and_ends(names) && !begins_and_ends(name_set(all_[from].hypothesis)))
+    refine_tugs(campaign_, fit_options_, *best);
+  // Where the effect is nothing it is as likely as without it.
+  if (!best || best->log_evidence < all_[from].log_evidence - kPolicy.compare.worse_than_without)
+    if (const std::optional<Start> nothing = at_neutral(all_[from], starts.front()))
+      if (auto fitted = fitted_from(*nothing)) {
+        choose_tolerance(campaign_, *fitted);
+        if (!best || fitted->log_evidence > best->log_evidence) best = std::move(fitted);
+      }
+  if (!best) return std::nullopt;
+  if (!best->fit.report.converged) continue_fit(*best);
+  if (is_between_samples(*best) || is_another_effect(*best)) return std::nullopt;
+  if (from != 0 && !is_worth_a_name(*best, all_[from])) return std::nullopt;
+  judge(*best);
+  all_.push_back(std::move(*best));
+  return all_.size() - 1;
+}
+
+void Comparison::judge(Fitted& fitted) const {
+  const Blocks blocks = blocks_of(campaign_, fitted.fit, fitted.fit.noise, {0, nullptr}, options_.jobs);
+  fitted.fold_evidence = fold_evidence(fitted.fit, blocks, folds_);
+  fitted.kappa = overdispersion_of(fitted.fit, blocks);
+  std::tie(fitted.gain, fitted.gain_sd) = gain(fitted, none());
+}
+
+// Fits again from where a fit stands, as long as that gains; what it gained.
+double Comparison::climb(const Campaign& campaign, Fitted& fitted, const Restart& restart) const {
+  const double before = fitted.log_evidence;
+  for (int i = 0; i < kPolicy.compare.most_continuations; ++i) {
+    FittedNull next = fitted.fit;
+    if (i == 0) next.noise.sigma_w *= restart.model_error;
+    if (i == 0 && restart.as_stated) next.theta.head(next.theta.size() - 1 - next.effects).setZero();
+    try {
+      next = fit_with(campaign, next, fitted.hypothesis, next.theta, fit_options_);
+    } catch (const NumericalError&) {
+      break;
+    }
+    const double gained = gap::log_evidence(next) - fitted.log_evidence;
+    if (gained > 0.0) {
+      fitted.fit = std::move(next);
+      fitted.log_evidence += gained;
+    }
+    if (gained < kPolicy.compare.converged_gain) break;
+  }
+  return fitted.log_evidence - before;
+}
+
+std::optional<Fitted> Comparison::in_sample(const Fitted& fitted) const {
+  Fitted result = fitted;
+  result.fit = of_stretches(fitted.fit, sample_places_);
+  try {
+    result.fit = fit_with(sample_, result.fit, result.hypothesis, result.fit.theta, fit_options_);
+  } catch (const NumericalError&) {
+    return std::nullopt;
+  }
+  result.log_evidence = gap::log_evidence(result.fit);
+  return result;
+}
+
+bool Comparison::continue_fit(Fitted& fitted) {
+  const double before = fitted.log_evidence = gap::log_evidence(fitted.fit);
+  climb(campaign_, fitted, {});
+  // Also from far below: where an effect has taken most of the model error away, its levels may have stopped halfway;
+  // and the coefficients far from what is stated, if they stood in for it.
+  std::optional<Fitted> of_sample;  // the best fit of the sample so far, which the next restart has to exceed
+  if (!is_own_sample()) of_sample = in_sample(fitted);
+  for (const Restart& restart : {Restart{kPolicy.compare.far_below, false}, Restart{kPolicy.compare.far_below, true}}) {
+    if (is_own_sample()) {
+      climb(campaign_, fitted, restart);
+      continue;
+    }
+    if (!of_sample || climb(sample_, *of_sample, restart) < kPolicy.compare.converged_gain) continue;
+    Fitted anew = fitted;
+    anew.fit.noise = of_sample->fit.noise;
+    anew.fit.theta = of_sample->fit.theta;
+    climb(campaign_, anew, {});
+    if (anew.log_evidence > fitted.log_evidence) fitted = std::move(anew);
+  }
+  return fitted.log_evidence > before + kPolicy.compare.converged_gain;
+}
+
+// Nothing missing, fitted from the noise, events and coefficients of another fit of the same campaign; nothing where
+// that is no better optimum.
+std::optional<Fitted> Comparison::better_none(const Campaign& campaign, Fitted none, const Fitted& other) const {
+  const double before = none.log_evidence;
+  none.fit.noise = other.fit.noise;
+  none.fit.event_scale = other.fit.event_scale;
+  const Eigen::Index coefficients = none.fit.theta.size() - 1;
+  Eigen::VectorXd theta = none.fit.theta;
+  theta.head(coefficients) = other.fit.theta.head(coefficients);
+  theta[coefficients] = other.fit.theta[other.fit.theta.size() - 1];
+  try {
+    none.fit = fit_with(campaign, none.fit, none.hypothesis, theta, fit_options_);
+  } catch (const NumericalError&) {
+    return std::nullopt;
+  }
+  choose_tolerance(campaign, none);
+  if (none.log_evidence < before + kPolicy.compare.better_optimum) return std::nullopt;
+  return none;
+}
+
+bool Comparison::refit_none(std::size_t from) {
+  if (!is_own_sample()) {
+    const std::optional<Fitted> none = in_sample(all_.front());
+    Fitted other = all_[from];  // from which the search begins alone
+    other.fit = of_stretches(other.fit, sample_places_);
+    if (!none || !better_none(sample_, *none, other)) return false;
+  }
+  std::optional<Fitted> none = better_none(campaign_, all_.front(), all_[from]);
+  if (!none) return false;
+  all_.clear();
+  screened_.clear();
+  all_.push_back(std::move(*none));
+  blocks_ = blocks_of(campaign_, all_.front().fit, all_.front().fit.noise, {0, nullptr}, options_.jobs);
+  all_.front().fold_evidence = fold_evidence(all_.front().fit, blocks_, folds_);
+  return true;
+}
+
+void Comparison::refine(std::size_t i) {
+  if (continue_fit(all_[i])) judge(all_[i]);
+}
+
+// Noise levels may converge to a better place than with the effect that it then is: evidence alone does not decide.
+bool Comparison::is_another_effect(const Fitted& fitted) const {
+  const Coordinates z = coordinates_of(fitted.fit);
+  for (const EffectSpan& span : spans_of(fitted.hypothesis)) {
+    std::vector<Eigen::Index> places = fitted.hypothesis.effects[span.effect].beside_vector();
+    if (places.empty()) continue;
+    for (Eigen::Index& place : places) place += span.first;
+    const Eigen::VectorXd own = z.mean(places);
+    const Eigen::MatrixXd covariance = z.covariance(places, places);
+    const double statistic = own.dot(covariance.llt().solve(own)) / fitted.kappa;
+    if (chi_squared_survival(statistic, static_cast<double>(places.size())) > options_.false_alarm) return true;
+  }
+  return false;
+}
+
+bool Comparison::is_worth_a_name(const Fitted& with, const Fitted& without) const {
+  const Vec3<double> typical = none().fit.report.typical.cwiseMax(kPolicy.decide.least_typical);
+  const Vec3<double> after = with.fit.noise.sigma_w.cwiseQuotient(typical),
+                     before = without.fit.noise.sigma_w.cwiseQuotient(typical);
+  const double taken = std::sqrt(std::max(0.0, (before.cwiseAbs2() - after.cwiseAbs2()).maxCoeff()));
+  return before.maxCoeff() > kPolicy.decide.error_of_inputs || taken > kPolicy.compare.worth_a_name ||
+         with.fit.log_prior_of_events > without.fit.log_prior_of_events;
+}
+
+bool Comparison::is_between_samples(const Fitted& fitted) const {
+  const RudderResponse own = rudder_response_of(campaign_.ship);
+  const Coordinates z = coordinates_of(fitted.fit);
+  const double timing = fitted.fit.theta[fitted.fit.theta.size() - 1];
+  double moved = 0.0, not_known = 0.0;  // sums of squares
+  for (const Stretch& stretch : campaign_.stretches) {
+    RudderResponse response =
+        rudder_response_of(fitted.hypothesis.applied_to(campaign_.ship, z.mean, stretch.recording));
+    if (response == own) return false;
+    response.delay_s += kPolicy.filter.timing_share * stretch.sample_s * timing;
+    RudderResponse late = own;
+    late.delay_s += kPolicy.compare.identifiable_share * stretch.sample_s;
+    const RecordedInputs& recorded = campaign_.recorded_inputs[stretch.recording];
+    const RecordedInputs as_is = recorded.through(own), with = recorded.through(response),
+                         later = recorded.through(late);
+    const auto points = static_cast<double>(stretch.size());
+    moved += points * angle_change(stretch, as_is, with);
+    not_known += points * std::max(angle_change(stretch, as_is, later), kKnownAngle * kKnownAngle);
+  }
+  return moved < not_known;
+}
+
+void Comparison::choose_tolerance(const Campaign& campaign, Fitted& fitted) const {
+  FittedNull& fit = fitted.fit;
+  for (int i = 0; i < kPolicy.compare.most_tolerances; ++i) {
+    Eigen::VectorXd best = fit.prior_sd;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Eigen::VectorXd& sd : tolerances(fit))
+      if (const double evidence = marginal(fit.total, fit.theta, sd); evidence > most) most = evidence, best = sd;
+    if (best.isApprox(fit.prior_sd)) break;
+    FittedNull other = fit;
+    other.prior_sd = best;
+    try {
+      other = fit_with(campaign, other, fitted.hypothesis, other.theta, fit_options_);
+    } catch (const NumericalError&) {
+      break;
+    }
+    // The levels of the noise move with it, and may converge to a worse place.
+    if ((!other.report.converged && fit.report.converged) || gap::log_evidence(other) < gap::log_evidence(fit)) break;
+    fit = std::move(other);
+  }
+  for (const double tolerance : kPolicy.compare.tolerances)
+    if (widths(fit, tolerance).isApprox(fit.prior_sd)) fitted.tolerance = tolerance;
+  fitted.log_evidence = gap::log_evidence(fit);
+}
+
+std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& than) const {
+  const auto n = static_cast<double>(folds_.size());
+  double sum = 0.0, square = 0.0;
+  for (std::size_t f = 0; f < folds_.size(); ++f) {
+    const double g = (better.fold_evidence[f] - than.fold_evidence[f]) / better.kappa;
+    sum += g;
+    square += g * g;
+  }
+  const double variance = n > 1.0 ? std::max(0.0, (square - sum * sum / n) / (n - 1.0)) : 0.0;
+  return {sum, std::sqrt(variance * n)};
+}
+
+bool Comparison::holds(std::size_t better, std::size_t than, double p_value) const {
+  const auto [sum, sd] = gain(all_[better], all_[than]);
+  const Fitted& one = all_[better];
+  return gap::holds({log_odds(better) - log_odds(than), is_significant(one), has_terms(one.hypothesis.names()),
+                     than == 0, sum, sd, p_value},
+                    options_.false_alarm);
+}
+
+bool Comparison::is_significant(const Fitted& fitted) const {
+  const Coordinates z = coordinates_of(fitted.fit);
+  for (const EffectSpan& span : spans_of(fitted.hypothesis)) {
+    const auto neutral = fitted.hypothesis.effects[span.effect].neutral();
+    if (!neutral) continue;
+    const Eigen::VectorXd away =
+        z.mean.segment(span.first, span.count) - neutral->replicate(static_cast<Eigen::Index>(span.effects), 1);
+    const Eigen::MatrixXd covariance = z.covariance.block(span.first, span.first, span.count, span.count);
+    const double statistic = away.dot(covariance.llt().solve(away)) / fitted.kappa;
+    if (chi_squared_survival(statistic, static_cast<double>(span.count)) > options_.false_alarm) return false;
+  }
+  return true;
+}
+
+}  // namespace leeway::gap

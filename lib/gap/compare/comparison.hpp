@@ -1,0 +1,101 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gap/compare/probabilities.hpp"
+#include "gap/compare/tugs.hpp"
+
+namespace leeway::gap {
+
+struct ComparisonOptions {
+  double false_alarm = 0.01;
+  std::size_t jobs = 1;
+  bool none_is_possible = true;  ///< that nothing is missing: then its fit has to be as good as the others'
+};
+
+/// Hypotheses about one campaign, all fitted to the same data. The first is that nothing is missing.
+class Comparison {
+ public:
+  Comparison(const Campaign& campaign, const FittedNull& null, const ComparisonOptions& options);
+
+  const Fitted& none() const { return all_.front(); }
+  const std::vector<Fitted>& all() const { return all_; }
+  const Blocks& blocks() const { return blocks_; }  ///< where each begins; their evidence is that of the null fit
+  const std::vector<std::vector<std::size_t>>& folds() const { return folds_; }
+
+  /// An effect of which one linear step from a fit expects a gain, and where fits with it may start.
+  struct ExpectedGain {
+    std::string effect;
+    std::vector<Start> starts;  ///< the best first
+    double gain = 0.0;          ///< of the evidence [nats]
+  };
+  /// What the effects of the catalogue are expected to gain beside those of `from`, the largest first. A screen about
+  /// the fit without them would miss those that the parameters imitate, and so have left.
+  ///   unexcited  takes the names of those that change nothing
+  ///   pair       takes the start of the pair of them with the largest expected gain
+  std::vector<ExpectedGain> expected_gains(std::size_t from, std::vector<std::string>* unexcited = nullptr,
+                                           std::vector<Start>* pair = nullptr);
+  /// The same for the effects that are bound to a place, which is sought about the tracks: walls, anchors, and where
+  /// something acts at times, walls that the hull touches.
+  ///   events  when something acts
+  std::vector<ExpectedGain> expected_gains_of_places(std::size_t from, const std::vector<Interval>& events);
+  /// Starts of `from` with one effect more, also with one that differs between recordings where it can; none where the
+  /// ship lacks what it needs.
+  std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice);
+
+  /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted, or lets
+  /// the rudders act no otherwise than they may have between samples, or than their angles are known, or is no
+  /// more than another effect (a sheared current without shear), or, beside others, takes hardly any model error away:
+  /// inputs between the samples make as much.
+  ///   most_starts  from which it is fitted, the one of the largest expected gain first
+  std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts, std::size_t most_starts = 2);
+
+  /// Continues a fit as long as it gains: it is what others are compared to.
+  void refine(std::size_t i);
+  /// Fits nothing missing once more from the noise, events and coefficients of another fit: there may be
+  /// several optima. Whether it found a better one: then all other hypotheses are forgotten.
+  bool refit_none(std::size_t from);
+
+  /// Sum over the folds of what `better` predicts better, and its standard error [nats].
+  std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
+  double log_odds(std::size_t i) const { return gap::log_odds(all_, i); }
+  std::vector<double> probabilities() const { return gap::probabilities(all_, screened_, campaign_.ship); }
+  /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
+  /// is more than nothing.
+  ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough; where
+  ///            the evidence for a name is strong, none is needed
+  bool holds(std::size_t better, std::size_t than, double p_value) const;
+
+ private:
+  bool is_significant(const Fitted& fitted) const;
+  bool is_between_samples(const Fitted& fitted) const;
+  bool is_worth_a_name(const Fitted& with, const Fitted& without) const;
+  bool is_another_effect(const Fitted& fitted) const;
+  void choose_tolerance(const Campaign& campaign, Fitted& fitted) const;
+  bool continue_fit(Fitted& fitted);  // whether it gained
+  struct Restart {
+    double model_error = 1.0;  // by that of the fit
+    bool as_stated = false;    // the coefficients
+  };
+  double climb(const Campaign& campaign, Fitted& fitted, const Restart& restart) const;
+  std::optional<Fitted> better_none(const Campaign& campaign, Fitted none, const Fitted& other) const;
+  // Whether another optimum is worth the way is seen on a sample of stretches: of few_points in all, or of all.
+  bool is_own_sample() const { return sample_places_.size() == campaign_.stretches.size(); }
+  std::optional<Fitted> in_sample(const Fitted& fitted) const;
+  void judge(Fitted& fitted) const;
+
+  const Campaign& campaign_;
+  const ComparisonOptions options_;
+  FitOptions fit_options_;
+  std::vector<std::size_t> sample_places_;
+  Campaign sample_;  // empty where the campaign is its own sample
+  Blocks blocks_;
+  std::vector<Fitted> all_;
+  std::vector<std::vector<std::size_t>> folds_;
+  ScreenedGains screened_;
+};
+
+}  // namespace leeway::gap

@@ -1,0 +1,108 @@
+#include "gap/compare/fitted.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+namespace {
+
+Eigen::VectorXd pull(const FittedNull& fit) {
+  return fit.prior_sd.array().square().inverse().matrix().cwiseProduct(fit.theta);
+}
+
+Eigen::MatrixXd curvature(const Eigen::MatrixXd& F, const FittedNull& fit) {
+  Eigen::MatrixXd M = F;
+  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
+  return M;
+}
+
+}  // namespace
+
+std::set<std::string> name_set(const Hypothesis& hypothesis) {
+  const std::vector<std::string> names = hypothesis.names();
+  return {names.begin(), names.end()};
+}
+
+std::vector<EffectSpan> spans_of(const Hypothesis& hypothesis) {
+  std::vector<EffectSpan> spans;
+  Eigen::Index at = 0;
+  for (std::size_t i = 0; i < hypothesis.effects.size(); ++i) {
+    const FreeEffect& effect = hypothesis.effects[i];
+    const bool continues = i > 0 && effect.recording() && hypothesis.effects[i - 1].recording() &&
+                           hypothesis.effects[i - 1].name() == effect.name();
+    if (!continues) spans.push_back({i, 0, at, 0});
+    ++spans.back().effects;
+    spans.back().count += effect.size();
+    at += effect.size();
+  }
+  return spans;
+}
+
+Evidence without(const Evidence& total, const Blocks& blocks, const std::vector<std::size_t>& fold) {
+  Evidence others = total;
+  for (const std::size_t i : fold) {
+    others.b -= blocks.evidence[i].b;
+    others.F -= blocks.evidence[i].F;
+    others.log_likelihood -= blocks.evidence[i].log_likelihood;
+    others.measurements -= blocks.evidence[i].measurements;
+  }
+  return others;
+}
+
+Eigen::VectorXd refitted(const FittedNull& fit, const Evidence& evidence) {
+  return fit.theta + curvature(evidence.F, fit).llt().solve(evidence.b - pull(fit));
+}
+
+// ln p(what was left out | the rest), with the parameters integrated out.
+std::vector<double> fold_evidence(const FittedNull& fit, const Blocks& blocks,
+                                  const std::vector<std::vector<std::size_t>>& folds) {
+  const Evidence total = blocks.total();
+  const double all = marginal(total, fit.theta, fit.prior_sd);
+  std::vector<double> result;
+  result.reserve(folds.size());
+  for (const std::vector<std::size_t>& fold : folds)
+    result.push_back(all - marginal(without(total, blocks, fold), fit.theta, fit.prior_sd));
+  return result;
+}
+
+Eigen::VectorXd widths(const FittedNull& fit, double tolerance) {
+  Eigen::VectorXd result = fit.prior_sd;
+  const Eigen::Index coefficients = fit.theta.size() - 1 - fit.effects;
+  for (Eigen::Index i = 0; i < coefficients; ++i) {
+    const UncertainParameter& p = fit.parameters[static_cast<std::size_t>(i)];
+    result[i] = std::exp((1.0 - tolerance) * std::log(p.log_sd) + tolerance * std::log(p.tolerated_sd));
+  }
+  return result;
+}
+
+std::vector<Eigen::VectorXd> tolerances(const FittedNull& fit) {
+  std::vector<Eigen::VectorXd> result;
+  result.reserve(kPolicy.compare.tolerances.size());
+  for (const double tolerance : kPolicy.compare.tolerances) result.push_back(widths(fit, tolerance));
+  return result;
+}
+
+// How much correlation between blocks widens what is known of the effects' strength.
+double overdispersion_of(const FittedNull& fit, const Blocks& blocks) {
+  const Eigen::Index effects = fit.effects, coefficients = fit.theta.size() - 1 - effects;
+  if (effects == 0) return 1.0;
+  const Evidence total = blocks.total();
+  const Eigen::MatrixXd M = curvature(total.F, fit);
+  // Beta along what was fitted, and what the coefficients make of it.
+  std::vector<Eigen::Index> rest;
+  for (Eigen::Index i = 0; i < fit.theta.size(); ++i)
+    if (i < coefficients || i >= coefficients + effects) rest.push_back(i);
+  const Eigen::VectorXd beta = fit.theta.segment(coefficients, effects);
+  const Eigen::VectorXd imitated =
+      M(rest, rest).llt().solve(Eigen::VectorXd(M(rest, Eigen::seqN(coefficients, effects)) * beta));
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(fit.theta.size());
+  direction.segment(coefficients, effects) = beta;
+  for (std::size_t i = 0; i < rest.size(); ++i) direction[rest[i]] = -imitated[static_cast<Eigen::Index>(i)];
+  return overdispersion(blocks, direction, M.llt().solve(total.b - pull(fit)));
+}
+
+}  // namespace leeway::gap

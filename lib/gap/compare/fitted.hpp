@@ -1,0 +1,54 @@
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "gap/detect/blocks.hpp"
+#include "gap/detect/screen.hpp"
+#include "gap/fit/hypothesis.hpp"
+
+/// Hypotheses with their fits, and what follows from one fit alone.
+namespace leeway::gap {
+
+/// A hypothesis with its fit.
+struct Fitted {
+  Hypothesis hypothesis;
+  FittedNull fit;
+  /// Of the coefficients, between what is stated (0) and what is tolerated (1): what makes the recordings likeliest.
+  /// Where all coefficients but one agree with what is stated, that one is no wrong coefficient.
+  double tolerance = 1.0;
+  double log_evidence = 0.0;          ///< absolute [nats]
+  std::vector<double> fold_evidence;  ///< ln p(what was left out | the rest), by fold
+  double kappa = 1.0;                 ///< by which correlation between blocks widens variances
+  double gain = 0.0, gain_sd = 0.0;   ///< over nothing missing, on what was left out [nats]
+};
+
+/// Names of its effects.
+std::set<std::string> name_set(const Hypothesis& hypothesis);
+
+/// The evidence of all blocks but those of a fold.
+Evidence without(const Evidence& total, const Blocks& blocks, const std::vector<std::size_t>& fold);
+/// The best theta near a fit's for other evidence.
+Eigen::VectorXd refitted(const FittedNull& fit, const Evidence& evidence);
+
+/// Runs of the coordinates of a hypothesis that belong to one effect, which may differ between recordings.
+struct EffectSpan {
+  std::size_t effect = 0, effects = 1;  ///< first, and how many, of Hypothesis::effects
+  Eigen::Index first = 0, count = 0;    ///< coordinates
+};
+std::vector<EffectSpan> spans_of(const Hypothesis& hypothesis);
+
+/// ln p(what was left out | the rest) by fold, with the parameters integrated out.
+std::vector<double> fold_evidence(const FittedNull& fit, const Blocks& blocks,
+                                  const std::vector<std::vector<std::size_t>>& folds);
+
+/// Prior widths with the coefficients' as wide as a tolerance says: 0 as stated, 1 as tolerated.
+Eigen::VectorXd widths(const FittedNull& fit, double tolerance);
+/// Prior widths of the coefficients between what is stated and what is tolerated: those that are compared.
+std::vector<Eigen::VectorXd> tolerances(const FittedNull& fit);
+
+/// How much correlation between blocks widens what is known of the effects' strength: a factor on variances.
+double overdispersion_of(const FittedNull& fit, const Blocks& blocks);
+
+}  // namespace leeway::gap

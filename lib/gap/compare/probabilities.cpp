@@ -1,0 +1,88 @@
+#include "gap/compare/probabilities.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "effects/description.hpp"
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+namespace {
+
+// ln of what is believed before: none 1/5, one effect 2/5, two 1/5, three 1/10, ...; all sets of a size alike, and all
+// sets of terms, all intervals.
+//   with_ways  false: without what the choice among intervals and terms costs
+double log_prior(const Hypothesis& hypothesis, bool with_ways = true) {
+  const std::size_t effects = hypothesis.names().size();
+  double result = -std::log(kPolicy.compare.sets_of_effects) - log_ways(count_of_tried_effects(), effects);
+  if (effects > 0) result -= (static_cast<double>(effects) - 2.0) * std::log(2.0);
+  for (const FreeEffect& effect : hypothesis.effects) {
+    if (!with_ways) break;
+    result -= effect.log_ways();
+    if (const EffectDescription& description = effect_named(effect.name());
+        description.info.search == SearchStart::terms)
+      result -= log_ways(description.parameters.size(), static_cast<std::size_t>(effect.size()));
+  }
+  return result;
+}
+
+}  // namespace
+
+// ln of the number of sets of `count` things out of `of`.
+double log_ways(std::size_t of, std::size_t count) {
+  double result = 0.0;
+  for (std::size_t i = 0; i < count; ++i) result += std::log(static_cast<double>(of - i) / static_cast<double>(i + 1));
+  return result;
+}
+
+double log_odds(const std::vector<Fitted>& all, std::size_t i) {
+  const auto likeliest = std::max_element(
+      all.begin(), all.end(), [](const Fitted& a, const Fitted& b) { return a.log_evidence < b.log_evidence; });
+  return (all[i].log_evidence - all.front().log_evidence) / likeliest->kappa + log_prior(all[i].hypothesis) -
+         log_prior({});
+}
+
+std::vector<double> probabilities(const std::vector<Fitted>& all, const ScreenedGains& screened_gains,
+                                  const Ship& ship) {
+  // Effects of which too little was expected to be fitted beside a hypothesis share in it as well; likelier hypotheses
+  // than were screened are as likely to lack another effect that does not show.
+  const auto unseen_beside = [&](std::size_t from, double temper) {
+    double share = 0.0;
+    const auto screened = screened_gains.find(from);
+    if (screened == screened_gains.end()) return share;
+    for (const auto& [effect, gain] : screened->second) {
+      Hypothesis more = all[from].hypothesis;
+      more.effects.emplace_back(effect, ship);
+      if (std::any_of(all.begin(), all.end(),
+                      [&](const Fitted& fitted) { return name_set(fitted.hypothesis) == name_set(more); }))
+        continue;
+      // One linear step exaggerates: an expected gain alone makes nothing likelier than without it.
+      share += std::exp(std::min(gain, 0.0) / temper + log_prior(more) - log_prior(all[from].hypothesis));
+    }
+    return share;
+  };
+  // Whether something is missing: the evidence counts whole.
+  std::vector<double> whole(all.size());
+  for (std::size_t i = 1; i < all.size(); ++i) whole[i] = log_odds(all, i);
+  const double most = *std::max_element(whole.begin(), whole.end());
+  double something = 0.0;
+  for (std::size_t i = 1; i < all.size(); ++i) something += std::exp(whole[i] - most);
+  const double nothing = std::exp(-most), total = nothing * (1.0 + unseen_beside(0, 1.0)) + something;
+  // What it is: the evidence is tempered, and with it what the choice of the place where it is largest costs; what was
+  // believed before counts whole.
+  std::vector<double> tempered(all.size(), -std::numeric_limits<double>::infinity());
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const double prior = log_prior(all[i].hypothesis, false) - log_prior({});
+    tempered[i] = (whole[i] - prior) / kPolicy.compare.temper + prior;
+  }
+  const double largest = *std::max_element(tempered.begin(), tempered.end());
+  double sum = 0.0;
+  for (std::size_t i = 1; i < all.size(); ++i) sum += tempered[i] = std::exp(tempered[i] - largest);
+  if (screened_gains.size() > 1) sum *= 1.0 + unseen_beside(screened_gains.rbegin()->first, kPolicy.compare.temper);
+  std::vector<double> result{nothing / total};
+  for (std::size_t i = 1; i < all.size(); ++i) result.push_back(something / total * tempered[i] / sum);
+  return result;
+}
+
+}  // namespace leeway::gap

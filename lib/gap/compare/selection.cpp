@@ -1,0 +1,337 @@
+#include "gap/compare/selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gap/compare/current_course.hpp"
+#include "gap/compare/terms.hpp"
+#include "gap/decide/found.hpp"
+#include "gap/detect/detect.hpp"
+#include "gap/locate/locate.hpp"
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+namespace {
+
+// What is left beside a hypothesis: effects of the catalogue around its fit, and intervals.
+struct Left {
+  double p_value;  // of both
+  Strongest interval;
+};
+
+Left left_beside(const Campaign& campaign, const Fitted& fitted, const GapExplainOptions& options) {
+  const Coordinates z = coordinates_of(fitted.fit);
+  Campaign with = campaign;
+  for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
+    const Ship there = fitted.hypothesis.applied_to(campaign.ship, z.mean, r);
+    with.own_effects[r].assign(there.effects.begin() + static_cast<std::ptrdiff_t>(campaign.ship.effects.size()),
+                               there.effects.end());
+  }
+  FittedNull fit = fitted.fit;
+  for (std::size_t s = 0; s < with.stretches.size(); ++s) {
+    const std::size_t r = with.stretches[s].recording;
+    const RudderResponse response = rudder_response_of(with.ship_in(r));
+    if (response != rudder_response_of(campaign.ship))
+      set_inputs(with.stretches[s], with.recorded_inputs[r].through(response), with.ship);
+    fit.stretches[s].data = std::make_shared<const Stretch>(with.stretches[s]);
+  }
+  const EffectLibrary library(with, fit);
+  DetectOptions detect_options;
+  detect_options.false_alarm = options.locate.false_alarm;
+  detect_options.jobs = options.locate.jobs;
+  detect_options.seed = options.locate.seed;
+  detect_options.refitted = kPolicy.compare.refitted_beside;
+  LocateOptions locate_options;
+  locate_options.false_alarm = options.locate.false_alarm;
+  locate_options.jobs = options.locate.jobs;
+  locate_options.seed = options.locate.seed;
+  Left left{detect(with, fit, library, detect_options).p_value, strongest_interval(with, fit, locate_options)};
+  left.p_value = std::min(1.0, 2.0 * std::min(left.p_value, left.interval.p_value));
+  return left;
+}
+
+class Selector {
+ public:
+  Selector(const Campaign& campaign, const Findings& findings, Comparison& comparison, const GapExplainOptions& options)
+      : campaign_(campaign),
+        findings_(findings),
+        comparison_(comparison),
+        options_(options),
+        is_searched_(findings.verdict != Verdict::no_mismatch) {
+    selection_.error = error_of(findings.fit.sigma_w, findings.located.intervals);
+  }
+
+  Selection run() {
+    fit_all();
+    if (likeliest_ != 0 && comparison_.refit_none(likeliest_)) fit_all();
+    take_likeliest();
+    take_more();
+    take_terms();
+    drop_needless();
+    return std::move(selection_);
+  }
+
+ private:
+  void fit_all() {
+    likeliest_ = 0;
+    selection_.unexcited.clear();
+    fit_singles_and_pair();
+    if (is_searched_) fit_others();
+    fit_terms();
+    if (!is_searched_ && comparison_.log_odds(likeliest_) > kPolicy.compare.strong_terms) {
+      is_searched_ = true;
+      fit_singles_and_pair();
+      fit_others();
+    }
+  }
+  void progress(double done, const std::string& note) const {
+    if (options_.locate.progress) options_.locate.progress(done, note);
+  }
+  double error_of(const Vec3<double>& sigma_w, const std::vector<Interval>& intervals) const {
+    const Vec3<double> typical = findings_.fit.typical.cwiseMax(kPolicy.decide.least_typical);
+    double error = sigma_w.cwiseQuotient(typical).maxCoeff();
+    // Events are no part of sigma_w.
+    for (const Interval& interval : intervals)
+      if (!interval.is_small && interval.p_value < options_.locate.false_alarm)
+        error = std::max(error, std::abs(interval.acceleration[interval.axis]) / typical[interval.axis]);
+    return error;
+  }
+  const Hypothesis& hypothesis(std::size_t i) const { return comparison_.all()[i].hypothesis; }
+  double evidence(std::size_t i) const { return comparison_.all()[i].log_evidence; }
+
+  /// Takes note of a fit.
+  void better(std::optional<std::size_t> i) {
+    if (i && comparison_.log_odds(*i) > comparison_.log_odds(likeliest_)) likeliest_ = *i;
+  }
+
+  /// Fitted is one by one, until what comes next expected_gains far less than what was found.
+  bool is_hopeless(double expected, std::optional<std::size_t> found, std::size_t beside,
+                   double share = kPolicy.compare.hopeless_share,
+                   double far_behind = kPolicy.compare.far_behind) const {
+    if (!found) return false;
+    const double gained = evidence(*found) - evidence(beside);
+    return expected < share * gained && expected < gained - far_behind;
+  }
+
+  /// What begins and ends is sought in the intervals where it was, of a current that varies the course.
+  std::vector<Start> starts_with(std::size_t from, const std::string& effect) const {
+    const SearchStart search = search_start(effect);
+    if (search == SearchStart::interval)
+      return starts_in_intervals(campaign_, comparison_.all()[from], effect, intervals_, options_.locate.jobs);
+    return comparison_.starts_with(from, effect,
+                                   search == SearchStart::course ? current_course(campaign_) : FreeEffect::Choice());
+  }
+  /// The likeliest of the effects that begin and end.
+  std::optional<std::size_t> add_in_intervals(std::size_t from, std::vector<Interval> intervals) {
+    std::optional<std::size_t> best;
+    for (const std::string& effect : effects_searched_from(SearchStart::interval))
+      if (const auto added = comparison_.add(
+              from, starts_in_intervals(campaign_, comparison_.all()[from], effect, intervals, options_.locate.jobs)))
+        if (!best || evidence(*added) > evidence(*best)) best = added;
+    if (best) intervals_ = std::move(intervals);
+    return best;
+  }
+  /// The strongest interval of each recording in which something surely acts.
+  std::vector<Interval> strongest_by_recording() const {
+    std::vector<Interval> result;
+    for (const Interval& interval : findings_.located.intervals)
+      if (interval.p_value < surely(options_.locate.false_alarm) && !interval.is_small &&
+          result.size() < kPolicy.compare.most_tugs &&
+          std::none_of(result.begin(), result.end(), [&](const Interval& i) { return i.file == interval.file; }))
+        result.push_back(interval);
+    return result;
+  }
+
+  void fit_singles_and_pair() {
+    std::vector<Start> pair;
+    singles_ = comparison_.expected_gains(0, &selection_.unexcited, is_searched_ ? &pair : nullptr);
+    const std::vector<Comparison::ExpectedGain>& first = singles_;
+    const std::size_t most = std::min(first.size(), is_searched_ ? options_.refitted : kPolicy.compare.always_refitted);
+    for (std::size_t i = 0; i < most; ++i) {
+      if (i >= kPolicy.compare.always_refitted && is_hopeless(first[i].gain, likeliest_, 0)) break;
+      progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(most), "fit with " + first[i].effect);
+      better(comparison_.add(0, first[i].starts));
+    }
+    if (!pair.empty() && !first.empty() &&
+        pair.front().log_evidence >
+            std::max(first.front().starts.front().log_evidence, evidence(likeliest_)) + kPolicy.compare.pair_gain) {
+      progress(0.72, "fit with " + pair.front().hypothesis.name());
+      better(comparison_.add(0, pair));
+    }
+  }
+
+  void fit_others() {
+    // What surely acts, acts at times, or goes with the position, may be bound to a place.
+    const Located& located = findings_.located;
+    std::vector<Interval> events;
+    for (const Interval& interval : located.intervals)
+      if (interval.p_value < options_.locate.false_alarm) events.push_back(interval);
+    if (!events.empty() || errs_grossly(findings_.fit) ||
+        findings_.detection.p_value < surely(options_.locate.false_alarm) ||
+        std::any_of(located.frames.begin(), located.frames.end(), [](const Frame& frame) {
+          return frame.name == "position" && frame.log_evidence > kPolicy.compare.position_evidence;
+        })) {
+      progress(0.73, "banks, fenders, moorings");
+      for (const auto& candidate : comparison_.expected_gains_of_places(0, events))
+        if (!is_hopeless(candidate.gain, likeliest_, 0, kPolicy.compare.hopeless_share_of_places))
+          better(comparison_.add(0, candidate.starts, kPolicy.compare.starts_of_places));
+    }
+    if (std::vector<Interval> intervals = strongest_by_recording(); !intervals.empty())
+      better(add_in_intervals(0, std::move(intervals)));
+    fit_look_alikes();
+  }
+
+  /// One step expected_gains too little of what gains by another model error: what the likeliest is said to look like
+  /// is tried as well.
+  void fit_look_alikes() {
+    for (std::size_t of = 0; of != likeliest_;) {
+      of = likeliest_;
+      const std::vector<std::string> names = hypothesis(of).names();
+      for (const auto& candidate : singles_)
+        if (names.size() == 1 && are_look_alikes(names.front(), candidate.effect) &&
+            !is_hopeless(candidate.gain, of, 0, kPolicy.compare.hopeless_share,
+                         kPolicy.compare.far_behind_of_look_alikes))
+          better(comparison_.add(0, candidate.starts));
+      for (const std::string& varying : effects_searched_from(SearchStart::course))
+        if (names.size() == 1 && are_look_alikes(names.front(), varying))
+          better(comparison_.add(0, starts_with(0, varying)));
+    }
+  }
+
+  void fit_terms() {
+    progress(0.74, "terms of what the catalogue does not hold");
+    better(comparison_.add(0, terms_beside(campaign_, comparison_.all()[0], options_.locate.jobs)));
+  }
+
+  /// Those that are about as likely as the likeliest are compared where none gains any more.
+  void refine_the_likeliest() {
+    std::vector<std::size_t> close;
+    if (likeliest_ == 0) return;
+    for (std::size_t i = 1; i < comparison_.all().size(); ++i)
+      if (comparison_.log_odds(i) > comparison_.log_odds(likeliest_) - kPolicy.compare.close_odds) close.push_back(i);
+    if (close.size() < 2) return;
+    for (const std::size_t i : close) comparison_.refine(i);
+  }
+
+  /// Of all, the one that will be stated as likeliest, if it predicts better what was left out.
+  void take_likeliest() {
+    refine_the_likeliest();
+    selection_.stated = comparison_.probabilities();
+    const std::vector<double>& stated = selection_.stated;
+    const double p_value = findings_.detection.p_value;
+    std::size_t& best = selection_.best;
+    // Terms are always likelier than nothing where the forms of the forces are not quite those of the ship.
+    const auto may_be = [&](std::size_t i) {
+      return !has_terms(hypothesis(i).names()) || (selection_.error >= kPolicy.decide.error_of_forms &&
+                                                   (p_value < surely(options_.locate.false_alarm) ||
+                                                    comparison_.log_odds(i) > kPolicy.compare.strong_terms));
+    };
+    for (std::size_t i = 1; i < stated.size(); ++i)
+      if ((best == 0 || stated[i] > stated[best]) && may_be(i)) best = i;
+    const bool is_likelier = p_value < options_.locate.false_alarm && stated[best] > stated[0];
+    const bool is_certain = is_likelier || comparison_.log_odds(best) > kPolicy.decide.strong_odds;
+    // Where forms of forces that may not be claimed are likelier, an effect imitates them.
+    bool is_another_form = false;
+    for (std::size_t i = 1; i < stated.size(); ++i) is_another_form |= stated[i] > stated[best] && !may_be(i);
+    if (is_certain && !is_another_form && comparison_.holds(best, 0, is_likelier ? 0.0 : 1.0)) selection_.chosen = best;
+    if (selection_.chosen == 0) selection_.left_p_value = p_value;
+  }
+
+  /// Effects beside what was chosen, as long as something is left.
+  void take_more() {
+    std::size_t& chosen = selection_.chosen;
+    double& left_p = selection_.left_p_value;
+    while (chosen != 0) {
+      const std::size_t size = hypothesis(chosen).names().size();
+      progress(0.75 + 0.04 * static_cast<double>(size), "what is left beside " + hypothesis(chosen).name());
+      comparison_.refine(chosen);
+      const Left left = left_beside(campaign_, comparison_.all()[chosen], options_);
+      left_p = left.p_value;
+      std::vector<Interval> intervals;
+      if (left.interval.interval) intervals.push_back(*left.interval.interval);
+      selection_.error = error_of(comparison_.all()[chosen].fit.noise.sigma_w, intervals);
+      if (size >= options_.most_effects) break;
+      // A p-value is against everything that may be left; one effect can be certain where that is not small.
+      const bool is_left = left_p < options_.locate.false_alarm;
+      std::optional<std::size_t> next;
+      auto candidates = comparison_.expected_gains(chosen);
+      candidates.resize(std::min(candidates.size(), kPolicy.compare.next_refitted));
+      for (const auto& candidate : candidates) {
+        if (is_hopeless(candidate.gain, next, chosen) || (!is_left && candidate.gain < kPolicy.decide.strong_odds))
+          break;
+        if (const auto added = comparison_.add(chosen, candidate.starts))
+          if (!next || evidence(*added) > evidence(*next)) next = added;
+      }
+      const std::vector<std::string> names = hypothesis(chosen).names();
+      if (left.interval.interval && left.interval.p_value < surely(options_.locate.false_alarm) &&
+          std::none_of(names.begin(), names.end(),
+                       [](const std::string& name) { return bound_to(name) == BoundTo::time; }))
+        if (const auto added = add_in_intervals(chosen, {*left.interval.interval}))
+          if (!next || evidence(*added) > evidence(*next)) next = added;
+      selection_.is_negligible = -std::log(std::max(left_p, kPolicy.compare.least_p)) <
+                                 kPolicy.compare.negligible_share * (evidence(chosen) - evidence(0));
+      // Likelier, but not shown to help: not claimed, and no unknown either.
+      selection_.is_negligible |= left_p >= surely(options_.locate.false_alarm) && next &&
+                                  comparison_.log_odds(*next) > comparison_.log_odds(chosen);
+      if (!next || !comparison_.holds(*next, chosen, left_p)) break;
+      if (!is_left && comparison_.log_odds(*next) - comparison_.log_odds(chosen) < kPolicy.decide.strong_odds) break;
+      chosen = *next;
+      selection_.is_negligible = false;
+    }
+  }
+
+  /// What the catalogue does not hold beside what was chosen, in a few terms.
+  void take_terms() {
+    const std::size_t chosen = selection_.chosen;
+    if (chosen == 0 || selection_.left_p_value >= surely_beside(options_.locate.false_alarm) ||
+        selection_.is_negligible || selection_.error < kPolicy.decide.error_of_forms ||
+        has_terms(hypothesis(chosen).names()))
+      return;
+    progress(0.86, "terms for what is left");
+    const auto added =
+        comparison_.add(chosen, terms_beside(campaign_, comparison_.all()[chosen], options_.locate.jobs));
+    if (!added || !comparison_.holds(*added, chosen, selection_.left_p_value) ||
+        comparison_.log_odds(*added) <= comparison_.log_odds(selection_.best))
+      return;
+    selection_.chosen = *added;
+    selection_.left_p_value = left_beside(campaign_, comparison_.all()[*added], options_).p_value;
+  }
+
+  /// One that was taken first may have stood in for two others.
+  void drop_needless() {
+    std::size_t& chosen = selection_.chosen;
+    for (bool is_shorter = chosen != 0; is_shorter;) {
+      is_shorter = false;
+      const std::vector<std::string> names = hypothesis(chosen).names();
+      if (names.size() < 2 || has_terms(names)) return;
+      for (std::size_t out = 0; out < names.size() && !is_shorter; ++out) {
+        std::optional<std::size_t> reduced = std::size_t{0};
+        for (std::size_t i = 0; i < names.size() && reduced; ++i)
+          if (i != out) reduced = comparison_.add(*reduced, starts_with(*reduced, names[i]));
+        if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, 1.0)) {
+          chosen = *reduced;
+          is_shorter = true;
+        }
+      }
+    }
+  }
+
+  const Campaign& campaign_;
+  const Findings& findings_;
+  Comparison& comparison_;
+  const GapExplainOptions& options_;
+  bool is_searched_;  // not only a few, to know that nothing is likelier than them
+  std::size_t likeliest_ = 0;
+  std::vector<Comparison::ExpectedGain> singles_;  ///< of single effects
+  std::vector<Interval> intervals_;                ///< in which effects that begin and end were sought
+  Selection selection_;
+};
+
+}  // namespace
+
+Selection select(const Campaign& campaign, const Findings& findings, Comparison& comparison,
+                 const GapExplainOptions& options) {
+  return Selector(campaign, findings, comparison, options).run();
+}
+
+}  // namespace leeway::gap

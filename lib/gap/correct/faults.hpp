@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "gap/result/findings.hpp"
+#include "recording/trajectory.hpp"
+
+/// Faults of sensors, judged and refined with the simulator's help.
+namespace leeway::gap {
+
+/// Gives faults the p-values of all families of tests.
+void share_rate(Audit& audit);
+
+/// A fault that noise feigns in one of some hundred campaigns.
+bool is_faint(const Fault& fault, double false_alarm);
+/// Sensors are late, not early; positions that are early stand for all others that are late.
+bool is_early(const Fault& fault);
+/// Likelihoods with and without a fault can be compared where its correction does not filter a channel.
+bool can_be_compared(const Fault& fault);
+/// Faults that the kinematics leave open, the likeliest first.
+std::vector<Fault> suspects_of(const Audit& audit);
+
+/// Leaves the faults that are certain, and says why the others are not so.
+void withdraw(Findings& findings, std::vector<Fault> certain, const std::string& why);
+
+/// ln |d corrected / d recorded|, by which the likelihood of what was recorded differs from that of what was corrected.
+double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajectory>& recordings);
+
+/// The numbers of faults at which the simulator follows the recordings best, within two standard errors of the audit:
+/// what is left of a bias looks like missing physics. A parabola in one number after the other, and once more in those
+/// that moved farther than it was drawn.
+///   evidence_of  of nothing missing, with faults corrected
+void refine(std::vector<Fault>& faults, const std::function<double(const std::vector<Fault>&)>& evidence_of);
+
+}  // namespace leeway::gap

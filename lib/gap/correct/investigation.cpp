@@ -1,0 +1,225 @@
+#include "gap/correct/investigation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "gap/correct/faults.hpp"
+#include "gap/correct/wind_reading.hpp"
+#include "gap/decide/decide.hpp"
+#include "gap/detect/detect.hpp"
+#include "gap/sensors/audit.hpp"
+#include "gap/sensors/channel_quality.hpp"
+#include "gap/sensors/conventions.hpp"
+#include "ship/pitch_current.hpp"
+
+namespace leeway::gap {
+namespace {
+
+// Effects that were not tested, and why.
+std::vector<std::string> untested_of(const EffectLibrary& library, const Detection& detection) {
+  std::vector<std::string> untested = library.not_applicable(), silent;
+  for (const EffectLibrary::Entry& entry : library.entries())
+    if (std::none_of(detection.effects.begin(), detection.effects.end(),
+                     [&](const Screened& s) { return s.name == entry.name; }))
+      silent.push_back(entry.name);
+  if (!silent.empty())
+    untested.push_back(
+        fmt::format("{}: not excited, of the wrong sign, or no more than the ship's own parameters may do",
+                    fmt::join(silent, ", ")));
+  return untested;
+}
+
+// How well the ensemble knows these recordings in all.
+EnsembleUsed use_of(const EnsembleSimulator& simulator, const FittedNull& fit) {
+  const ensemble::EnsembleHeader& header = simulator.ensemble().header();
+  EnsembleUsed used{simulator.name(),
+                    simulator.ensemble().members(),
+                    header.config.time_step_s,
+                    header.base ? header.base->name : "",
+                    0.0,
+                    Vec3<double>::Zero()};
+  double n = 0.0;
+  for (const LinearStretch& stretch : fit.stretches)
+    for (const LinearStep& step : stretch.steps) {
+      used.outside_share += step.beyond > 0.0 ? 1.0 : 0.0;
+      used.spread += step.spread.diagonal();
+      n += 1.0;
+    }
+  used.outside_share /= n;
+  used.spread = (used.spread / n).cwiseSqrt();
+  return used;
+}
+
+}  // namespace
+
+Investigator::Investigator(const Ship& ship, std::shared_ptr<const EnsembleSimulator> ensemble,
+                           std::vector<Trajectory>& recordings, const GapLocateOptions& options)
+    : ship_(ship),
+      scale_(ship.particulars.L_pp),
+      ensemble_(std::move(ensemble)),
+      recordings_(recordings),
+      options_(options),
+      campaign_options_{options.step_s, 0.0, ensemble_} {
+  result.findings.ship = ship.name;
+  result.findings.L_pp = ship.particulars.L_pp;
+  fit_options_.jobs = options.jobs;
+  fit_options_.progress = [this](double done, const std::string& note) { progress(0.10 + 0.5 * done, note); };
+  add_revolutions(recordings, ship);
+  prepare(ship, recordings, campaign_options_);  // what cannot be used is said before the long work
+}
+
+void Investigator::progress(double done, const std::string& note) const {
+  if (options_.progress) options_.progress(done, note);
+}
+
+std::vector<Trajectory> Investigator::moving() const {
+  std::vector<Trajectory> moving;
+  for (const Trajectory& recording : recordings_) moving.push_back(without_frozen(recording, scale_));
+  return moving;
+}
+
+void Investigator::correct(const std::vector<Fault>& faults) {
+  recordings_ = reread_;
+  for (Trajectory& recording : recordings_) recording = corrected(recording, faults, scale_);
+}
+
+bool Investigator::is_corrected() const {
+  return !result.findings.audit.faults.empty() || !result.findings.conventions.contradicted.empty();
+}
+
+void Investigator::check_conventions() {
+  progress(0.0, "conventions");
+  Conventions& conventions = result.findings.conventions;
+  std::vector<Trajectory> recordings = moving();
+  std::erase_if(recordings, is_at_rest);
+  conventions = ensemble_ ? check_motion(ship_, recordings) : gap::check_conventions(ship_, recordings);
+  if (recordings_.size() > 1 && !ensemble_)
+    for (Reading& reading : contradicted_in_one(ship_, recordings, conventions, options_.jobs))
+      conventions.contradicted.push_back(std::move(reading));
+  // A contradicted convention would show as faults of every kind; it is read as it fits before.
+  for (const Trajectory& recording : recordings_) reread_.push_back(reread(recording, conventions.contradicted));
+}
+
+void Investigator::audit_sensors() {
+  progress(0.03, "audit of the sensors");
+  Findings& findings = result.findings;
+  AuditOptions audit_options;
+  audit_options.scale = scale_;
+  audit_options.false_alarm = options_.false_alarm / tests();
+  audit_options.jobs = options_.jobs;
+  audit_options.seed = options_.seed;
+  findings.audit = audit(reread_, audit_options);
+  share_rate(findings.audit);
+  certain_ = findings.audit.faults;
+  std::erase_if(certain_, [&](const Fault& f) { return is_faint(f, options_.false_alarm) && is_early(f); });
+  withdraw(findings, certain_, "sensors are late, not early");
+  findings.corrected = options_.correct && is_corrected();
+  if (findings.corrected) correct(findings.audit.faults);
+}
+
+void Investigator::fit_anew(const FittedNull* near_by) {
+  progress(0.10, "fit within the stated uncertainty");
+  result.campaign = prepare(ship_, moving(), campaign_options_);
+  result.null = fit_null(result.campaign, fit_options_, near_by);
+  result.campaign = without_outliers(std::move(result.campaign), result.null);
+  result.findings.fit = result.null.report;
+  if (ensemble_) result.findings.ensemble = use_of(*ensemble_, result.null);
+}
+
+void Investigator::fit() { fit_anew(); }
+
+double Investigator::log_likelihood(const std::vector<Fault>& corrected) const {
+  const NullFit& report = result.null.report;
+  return report.log_likelihood_per_sample * static_cast<double>(report.samples) + log_jacobian(corrected, reread_);
+}
+
+void Investigator::withdraw_faint_faults() {
+  Findings& findings = result.findings;
+  std::erase_if(certain_, [&](const Fault& f) { return is_faint(f, options_.false_alarm) && can_be_compared(f); });
+  if (!findings.corrected || ensemble_ || certain_.size() >= findings.audit.faults.size()) return;
+  const double with = log_likelihood(findings.audit.faults);
+  correct(certain_);
+  fit_anew();
+  const double gained = log_likelihood(certain_) - with;
+  if (gained > kPolicy.decide.contradicted) {
+    withdraw(findings, std::move(certain_),
+             fmt::format("the simulator then follows the recordings worse (log-odds {:.0f})", gained));
+    findings.corrected = is_corrected();
+  } else {
+    correct(findings.audit.faults);
+    fit_anew();
+  }
+}
+
+void Investigator::correct_suspects() {
+  Findings& findings = result.findings;
+  const std::vector<Fault> suspects = suspects_of(findings.audit);
+  if (!findings.audit.faults.empty() || !options_.correct || ensemble_ || suspects.empty()) return;
+  const double as_is = log_evidence(result.null);
+  double most = std::max(best_evidence(result.campaign, result.null, options_) + kPolicy.decide.contradicted,
+                         as_is + kPolicy.decide.far_likelier);
+  std::optional<Fault> identified;
+  for (const Fault& suspect : suspects) {
+    correct({suspect});
+    const Campaign without = prepare(ship_, moving(), campaign_options_);
+    const double evidence = log_evidence(fit_null(without, fit_options_)) + log_jacobian({suspect}, reread_);
+    if (!(evidence > most)) continue;
+    most = evidence;
+    identified = suspect;
+  }
+  if (identified) {
+    const auto ways = static_cast<double>(findings.audit.hypotheses.size());
+    identified->p_value = std::min(identified->p_value, ways * std::exp(as_is - most));  // Markov's inequality
+    findings.audit.faults.push_back(*identified);
+    findings.audit.verdict = Audit::Verdict::faulty;
+    findings.audit.notices.push_back(
+        fmt::format("{}: the kinematics leave it open, but without it the simulator follows the recordings better "
+                    "(log-odds {:.0f})",
+                    identified->name, most - as_is));
+    findings.corrected = true;
+  }
+  correct(findings.audit.faults);
+  if (identified) fit_anew();
+}
+
+void Investigator::refine_faults() {
+  std::vector<Fault>& faults = result.findings.audit.faults;
+  if (!options_.correct || ensemble_ || std::none_of(faults.begin(), faults.end(), can_be_compared)) return;
+  refine(faults, [&](const std::vector<Fault>& tried) {
+    correct(tried);
+    const Campaign without = prepare(ship_, moving(), campaign_options_);
+    return log_evidence(follow(without, result.null, {}, options_.jobs)) + log_jacobian(tried, reread_);
+  });
+  correct(faults);
+  const FittedNull near_by = std::move(result.null);
+  fit_anew(&near_by);
+}
+
+void Investigator::test_effects() {
+  progress(0.60, "effects of the catalogue");
+  const EffectLibrary library(result.campaign, result.null);
+  DetectOptions detect_options;
+  detect_options.false_alarm = options_.false_alarm;
+  detect_options.jobs = options_.jobs;
+  detect_options.seed = options_.seed;
+  result.findings.detection = detect(result.campaign, result.null, library, detect_options);
+  result.findings.detection.untested = untested_of(library, result.findings.detection);
+}
+
+void Investigator::reread_wind() {
+  Findings& findings = result.findings;
+  if (!(findings.detection.p_value < options_.false_alarm) || ensemble_) return;
+  const std::optional<Reading> reading = wind_reading(result.campaign, result.null, findings.conventions, options_);
+  if (!reading) return;
+  findings.conventions.contradicted.push_back(*reading);
+  if (!options_.correct) return;
+  findings.corrected = true;
+  for (Trajectory& recording : recordings_) recording = reread(recording, {*reading});
+  fit_anew();
+  test_effects();
+}
+
+}  // namespace leeway::gap

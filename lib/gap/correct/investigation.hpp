@@ -1,0 +1,71 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "gap/detect/effect_library.hpp"
+#include "gap/fit/null_fit.hpp"
+#include "gap/policy/options.hpp"
+#include "gap/sensors/froude_scale.hpp"
+
+/// The recordings read and corrected as they fit the simulator, and the simulator fitted to them.
+namespace leeway::gap {
+
+/// What gap-locate finds, with what it is based on, to continue from.
+struct Investigation {
+  Findings findings;
+  Campaign campaign;
+  FittedNull null;
+};
+
+/// The stages up to what is left of the recordings, in the order in which they are called. Each reads and writes
+/// `result`; the recordings are corrected in place.
+class Investigator {
+ public:
+  ///   ensemble  the simulator in place of the ship's equations of motion; nullptr: none
+  /// Throws InputError for recordings that cannot be used.
+  Investigator(const Ship& ship, std::shared_ptr<const EnsembleSimulator> ensemble, std::vector<Trajectory>& recordings,
+               const GapLocateOptions& options);
+
+  /// Whether signs, units and frames are those that the columns state. What is contradicted is read as it fits.
+  void check_conventions();
+  /// The recordings against themselves; faults are corrected.
+  void audit_sensors();
+  /// The simulator fitted within its stated uncertainty.
+  void fit();
+  /// A faint fault, corrected where there is none, would look like missing physics: it stays only where the simulator
+  /// does not follow the recordings better without its correction.
+  void withdraw_faint_faults();
+  /// A fault that the kinematics leave open can look like missing physics: corrected, nothing missing is then far
+  /// likelier, and likelier than any one effect with the fault left in.
+  void correct_suspects();
+  /// The numbers of the faults at which the simulator follows the recordings best.
+  void refine_faults();
+  /// Effects of the catalogue around the fit.
+  void test_effects();
+  /// Where something is left: a wind that reads otherwise, as the fit sees it.
+  void reread_wind();
+
+  Investigation result;
+
+ private:
+  void progress(double done, const std::string& note) const;
+  /// Without frozen channels, which say nothing.
+  std::vector<Trajectory> moving() const;
+  void correct(const std::vector<Fault>& faults);
+  double log_likelihood(const std::vector<Fault>& corrected) const;
+  void fit_anew(const FittedNull* near_by = nullptr);
+  bool is_corrected() const;
+
+  const Ship& ship_;
+  const FroudeScale scale_;
+  std::shared_ptr<const EnsembleSimulator> ensemble_;
+  std::vector<Trajectory>& recordings_;
+  const GapLocateOptions& options_;
+  CampaignOptions campaign_options_;
+  FitOptions fit_options_;
+  std::vector<Trajectory> reread_;  ///< as recorded, but for conventions
+  std::vector<Fault> certain_;      ///< faults that the simulator is not asked about
+};
+
+}  // namespace leeway::gap

@@ -1,0 +1,55 @@
+#include "gap/correct/wind_reading.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "gap/compare/comparison.hpp"
+#include "gap/sensors/conventions.hpp"
+
+namespace leeway::gap {
+
+double best_evidence(const Campaign& campaign, const FittedNull& near_by, const GapLocateOptions& options) {
+  const FittedNull none = follow(campaign, near_by, {}, options.jobs);
+  Comparison comparison(campaign, none, {options.false_alarm, options.jobs});
+  double best = comparison.none().log_evidence;
+  const std::vector<Comparison::ExpectedGain> candidates = comparison.expected_gains(0);
+  for (std::size_t i = 0; i < std::min(candidates.size(), kPolicy.decide.most_compared); ++i)
+    if (const auto added = comparison.add(0, candidates[i].starts))
+      best = std::max(best, comparison.all()[*added].log_evidence);
+  return best;
+}
+
+std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& fit, const Conventions& conventions,
+                                    const GapLocateOptions& options) {
+  std::optional<Reading> result;
+  Campaign best;
+  const double as_stated = log_evidence(fit);
+  double least = kPolicy.decide.far_likelier;
+  for (const Reading& reading : conventions.tested) {
+    const bool is_wind = reading.recording.empty() && (reading.name == "wind-to" || reading.name == "apparent");
+    if (!campaign.has_wind || !is_wind || reading.log_odds < -kPolicy.decide.open_reading) continue;
+    Campaign otherwise = campaign;
+    for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
+      otherwise.recordings[r] = reread(campaign.recordings[r], {reading});
+      otherwise.recorded_inputs[r] = RecordedInputs(otherwise.recordings[r], campaign.ship, InputInterpolation::linear);
+    }
+    const RudderResponse response = rudder_response_of(campaign.ship);
+    for (Stretch& stretch : otherwise.stretches)
+      set_inputs(stretch, otherwise.recorded_inputs[stretch.recording].through(response), campaign.ship);
+    const double gained = log_evidence(follow(otherwise, fit, {}, options.jobs)) - as_stated;
+    if (!(gained > least)) continue;  // nor where it is not identifiable
+    least = gained;
+    best = std::move(otherwise);
+    result = reading;
+    result->log_odds = gained;
+    result->sentence =
+        fmt::format("{}, the recordings are likelier than as stated (log-odds {:.0f})", reading.premise, gained);
+  }
+  if (!result) return result;
+  const double limit = best_evidence(campaign, fit, options) + kPolicy.decide.far_likelier;
+  if (as_stated + least < limit && best_evidence(best, fit, options) < limit) result.reset();
+  return result;
+}
+
+}  // namespace leeway::gap

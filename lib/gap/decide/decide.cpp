@@ -1,0 +1,95 @@
+#include "gap/decide/decide.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace leeway::gap {
+namespace {
+
+// The verdict of the tests; the first that applies.
+Decision decide_tests(const Found& found, const Policy& policy) {
+  const TestsFound& t = found.tests;
+  const DecidePolicy& limits = policy.decide;
+  const double rate = found.false_alarm, p = std::min(1.0, tests(policy) * std::min(t.effects_p, t.intervals_p));
+  const bool improves = t.heldout_gain > limits.heldout_sd * t.heldout_gain_sd ||
+                        (t.heldout_gain > limits.heldout_sd_if_certain * t.heldout_gain_sd && p < surely(rate));
+  // Then inputs that are known at the samples alone are the larger error, and what the tests see may be that.
+  const bool is_of_inputs = t.is_noise_free && t.error_share < limits.error_of_inputs;
+  const auto because = [&](Verdict verdict, Reason reason) { return Decision{verdict, p, reason}; };
+
+  if (!t.converged) return because(Verdict::undecided, Reason::not_converged);
+  if (p < limits.nearly * rate && is_of_inputs) return because(Verdict::undecided, Reason::error_of_inputs);
+  if (p < rate && t.intervals_p < t.effects_p) return because(Verdict::mismatch, Reason::interval);
+  if (p < rate && improves) return because(Verdict::mismatch, Reason::effect);
+  if (p < rate) return because(Verdict::undecided, Reason::effect_not_heldout);
+  if (p < limits.nearly * rate) return because(Verdict::undecided, Reason::close_to_rate);
+  if (t.small_intervals > 0) return because(Verdict::undecided, Reason::small_intervals);
+  if (t.untrained_intervals > 0) return because(Verdict::undecided, Reason::untrained_intervals);
+  if (t.samples < limits.fewest_samples) return because(Verdict::undecided, Reason::too_few_samples);
+  if (t.effects_tested == 0) return because(Verdict::undecided, Reason::nothing_excited);
+  if (t.error_share > limits.errs_as_much) return because(Verdict::undecided, Reason::errs_as_much);
+  if (!is_of_inputs && t.autocorrelation > limits.not_white && t.whiteness_p < limits.not_white_p)
+    return because(Verdict::undecided, Reason::not_white);
+  if (errs_grossly(t.far_parameters, t.error_share, policy)) return because(Verdict::undecided, Reason::far_parameters);
+  return because(Verdict::no_mismatch, Reason::nothing_left);
+}
+
+// What is claimed beside that, where hypotheses were compared.
+void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& policy, Decision& decision) {
+  const DecidePolicy& limits = policy.decide;
+  const bool errs = h.error_share >= limits.error_of_forms;
+  const double tests_p = decision.p_value;
+  Verdict& verdict = decision.verdict;
+  if (h.is_named) {
+    verdict = Verdict::mismatch;
+    // Where nothing is missing, odds of so much are no more frequent than that (Markov's inequality).
+    decision.p_value = std::min(tests_p, std::exp(-h.log_odds_of_best));
+  }
+  // Seen, but barely, and nothing missing is the likeliest, or too little to be called unknown: neither claimed nor
+  // denied.
+  if (verdict == Verdict::mismatch && !h.is_named && (!errs || tests_p >= surely(rate))) verdict = Verdict::undecided;
+  // Likelier than nothing, but not shown.
+  if (verdict == Verdict::no_mismatch && h.is_likelier) verdict = Verdict::undecided;
+  if (verdict != Verdict::mismatch || (!h.is_named && tests_p >= rate)) return;
+
+  decision.is_complete = h.is_named && (h.left_p >= rate || h.is_negligible);
+  decision.claims_names = h.is_named && (decision.is_complete || !errs || h.taken_share > limits.unexplained ||
+                                         h.log_odds_of_chosen > limits.strong_odds);
+  if (!decision.claims_names && h.left_p >= surely(rate)) {
+    verdict = Verdict::undecided;
+    return;
+  }
+  decision.claims_unknown = !decision.is_complete && errs && !(decision.claims_names && h.has_terms) &&
+                            (!decision.claims_names || h.left_p < surely_beside(rate));
+}
+
+}  // namespace
+
+Decision decide(const Found& found, const Policy& policy) {
+  Decision decision = decide_tests(found, policy);
+  if (found.hypotheses) decide_hypotheses(*found.hypotheses, found.false_alarm, policy, decision);
+  return decision;
+}
+
+bool errs_grossly(std::size_t far_parameters, double error_share, const Policy& policy) {
+  const DecidePolicy& limits = policy.decide;
+  return far_parameters >= limits.far_parameters ||
+         (far_parameters >= limits.far_parameters_with_error && error_share > limits.gross_error);
+}
+
+bool holds(const Rivals& r, double false_alarm, const Policy& policy) {
+  const DecidePolicy& limits = policy.decide;
+  const ComparePolicy& of = policy.compare;
+  if (!(r.log_odds > 0.0) || !r.is_significant) return false;
+  // What a coefficient could do as well, if it were far off what is stated, predicts no better: it is likelier alone.
+  // Terms are likelier wherever forms of forces differ.
+  const bool has_strong_names = r.log_odds > of.strong_odds_beside && !r.has_terms;
+  if (r.against_nothing && r.log_odds > limits.strong_odds && has_strong_names) return r.gain > -of.gain_sd * r.gain_sd;
+  const double least = has_strong_names ? 0.0
+                       : r.p_value < surely(false_alarm) || r.log_odds > of.strong_odds_beside
+                           ? limits.heldout_sd_if_certain
+                           : of.gain_sd;
+  return r.gain > 0.0 && r.gain > least * r.gain_sd;
+}
+
+}  // namespace leeway::gap

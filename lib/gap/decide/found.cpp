@@ -1,0 +1,44 @@
+#include "gap/decide/found.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace leeway::gap {
+
+std::size_t far_parameters(const NullFit& fit) {
+  return static_cast<std::size_t>(std::count_if(
+      fit.parameters.begin(), fit.parameters.end(),
+      [](const ParameterShift& shift) { return std::abs(shift.shift_sd) > kPolicy.decide.far_parameter_sd; }));
+}
+
+double error_share(const NullFit& fit) {
+  return fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(kPolicy.decide.least_typical)).maxCoeff();
+}
+
+bool errs_grossly(const NullFit& fit) { return errs_grossly(far_parameters(fit), error_share(fit)); }
+
+TestsFound tests_found(const Findings& findings, double intervals_p) {
+  const Detection& d = findings.detection;
+  TestsFound found;
+  found.converged = findings.fit.converged;
+  found.effects_p = d.p_value;
+  found.intervals_p = intervals_p;
+  found.heldout_gain = d.heldout_gain;
+  found.heldout_gain_sd = d.heldout_gain_sd;
+  found.error_share = error_share(findings.fit);
+  found.is_noise_free = findings.fit.is_noise_free;
+  for (const Interval& interval : findings.located.intervals) {
+    if (interval.is_untrained())
+      ++found.untrained_intervals;
+    else if (interval.is_small)
+      ++found.small_intervals;
+  }
+  found.samples = findings.fit.samples;
+  found.effects_tested = d.effects.size();
+  found.autocorrelation = d.largest_autocorrelation;
+  found.whiteness_p = d.whiteness_p_value;
+  found.far_parameters = far_parameters(findings.fit);
+  return found;
+}
+
+}  // namespace leeway::gap

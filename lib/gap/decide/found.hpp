@@ -1,0 +1,19 @@
+#pragma once
+
+#include "gap/decide/decide.hpp"
+#include "gap/result/findings.hpp"
+
+namespace leeway::gap {
+
+/// Parameters of a fit that lie beyond far_parameter_sd of what is stated.
+std::size_t far_parameters(const NullFit& fit);
+/// Model error by typical acceleration, on the worst axis.
+double error_share(const NullFit& fit);
+/// Whether parameters are so far off, and so much is left, that this may be another ship.
+bool errs_grossly(const NullFit& fit);
+
+/// What fit and tests found, for decide().
+///   intervals_p  of the strongest interval, before families share the rate
+TestsFound tests_found(const Findings& findings, double intervals_p);
+
+}  // namespace leeway::gap

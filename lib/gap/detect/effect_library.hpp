@@ -1,0 +1,78 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/units.hpp"
+#include "gap/fit/null_fit.hpp"
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+
+/// Mean square by which the angles of rudders differ along a stretch between two ways of responding [rad^2].
+double angle_change(const Stretch& stretch, const RecordedInputs& one, const RecordedInputs& other);
+/// Root mean square that is no different from none: angles are not measured better, and the small ones by which an
+/// autopilot answers to what the model does not know would be taken for late ones [rad].
+inline constexpr double kKnownAngle = kPolicy.detect.known_angle_deg * kDegree;
+
+/// Whether recordings say anything of an effect. Where a ship keeps its course in all of them, its heading within 5 deg
+/// and its rudders and thrusters within 2 % of their range in four fifths of the time, they say nothing of how hull and
+/// rudders answer: whoever steers sees the ship better than the recordings do, so that the rudders' small angles go
+/// with what the filter errs by, and rudders look weaker, and the hull steadier, than they are (Soderstrom & Stoica
+/// 1989, System Identification, chapter 10, on closed loops; docs/gap-locate.md).
+class Identifiable {
+ public:
+  explicit Identifiable(const Campaign& campaign);
+  bool operator()(std::string_view effect) const;
+
+ private:
+  bool keeps_course_ = false;
+};
+
+/// What each effect of the catalogue would do to each step of the simulator: the difference of two simulations over the
+/// step, with the effect at a nominal strength and without. Effects with a direction have one column for each of four
+/// directions, those with several strengths one for each. Not here are effects whose search does not start from one
+/// linear step (SearchStart): what comes and goes is left to the scan over intervals, a current that varies to what
+/// looks like it (current_course.hpp), and what is bound to a place to the search for places, since at one that is not
+/// its own a step shows nothing of it. Where rudders that act late or slowly would differ by less than kKnownAngle,
+/// they are not applicable; nor is what is not Identifiable. With an ensemble, which has no forces to change, only what
+/// follows from its own derivatives (EnsembleForm), a wind where it sees the wind.
+class EffectLibrary {
+ public:
+  struct Entry {
+    std::string name;
+    Eigen::Index first = 0, count = 0;  ///< its columns
+    bool is_one_sided = false;          ///< whether a negative strength makes no sense (a delay, shallow water)
+  };
+
+  EffectLibrary(const Campaign& campaign, const FittedNull& fit);
+  /// Whether an effect of the catalogue is among those that are tried.
+  static bool holds(std::string_view effect);
+
+  const std::vector<Entry>& entries() const { return entries_; }
+  const std::vector<std::string>& not_applicable() const { return not_applicable_; }
+  Eigen::Index columns() const { return entries_.empty() ? 0 : entries_.back().first + entries_.back().count; }
+
+  /// The columns of the given entries at step k of a stretch, for evidence().
+  MoreColumns columns_of(std::size_t stretch, std::vector<std::size_t> entries) const;
+
+ private:
+  void add_derived();
+
+  struct Variant {
+    Model<double> model;
+    const RudderResponse& response() const { return model.rudder_response(); }
+  };
+  const Campaign& campaign_;
+  const FittedNull& fit_;
+  std::vector<Model<double>> null_;             // by recording
+  std::vector<std::vector<Variant>> variants_;  // by recording
+  using Derived = std::function<Vec6(const LinearStretch& stretch, std::size_t k)>;
+  std::vector<Derived> derived_;  // of an ensemble: by column
+  std::vector<Entry> entries_;
+  std::vector<std::string> not_applicable_;
+};
+
+}  // namespace leeway::gap

@@ -1,0 +1,47 @@
+#include "gap/detect/score_test.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+Projected project(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
+  const Eigen::Index p = theta.size(), count = evidence.b.size() - p;
+  const Eigen::VectorXd precision = prior_sd.array().square().inverse();
+  Eigen::MatrixXd M = evidence.F.topLeftCorner(p, p);
+  M.diagonal() += precision;
+  const Eigen::MatrixXd cross = evidence.F.topRightCorner(p, count);
+  Projected result;
+  result.of_theta = M.llt().solve(cross);
+  result.b =
+      evidence.b.tail(count) - result.of_theta.transpose() * (evidence.b.head(p) - precision.cwiseProduct(theta));
+  result.F = evidence.F.bottomRightCorner(count, count) - cross.transpose() * result.of_theta;
+  return result;
+}
+
+ScoreTest score_test(const Eigen::VectorXd& b, const Eigen::MatrixXd& F) {
+  ScoreTest test;
+  const Eigen::Index n = b.size();
+  test.beta = Eigen::VectorXd::Zero(n);
+  test.inverse = Eigen::MatrixXd::Zero(n, n);
+  if (!(F.diagonal().maxCoeff() > kPolicy.detect.least_information)) return test;
+  const Eigen::VectorXd scale = F.diagonal()
+                                    .cwiseMax(kPolicy.detect.least_relative_information * F.diagonal().maxCoeff())
+                                    .cwiseSqrt()
+                                    .cwiseInverse();
+  const Eigen::MatrixXd correlation = scale.asDiagonal() * F * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double value = eigen.eigenvalues()[i];
+    if (value < kPolicy.detect.least_eigenvalue * static_cast<double>(n)) continue;
+    const Eigen::VectorXd v = scale.cwiseProduct(eigen.eigenvectors().col(i));
+    test.inverse += v * v.transpose() / value;
+    ++test.rank;
+  }
+  test.beta = test.inverse * b;
+  test.statistic = b.dot(test.beta);
+  return test;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "gap/filter/state_space.hpp"
+
+namespace leeway::gap {
+
+/// What recordings say about columns once theta, with its prior, has explained what it can of them: beta has the score
+/// b and the information F, and b ~ N(0, F) where there is nothing.
+struct Projected {
+  Eigen::VectorXd b;
+  Eigen::MatrixXd F;
+  Eigen::MatrixXd of_theta;  ///< columns of theta that imitate each column, p x count
+};
+Projected project(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd);
+
+/// b' F^-1 b over the directions that the recordings determine, and their number.
+struct ScoreTest {
+  double statistic = 0.0;
+  int rank = 0;
+  Eigen::VectorXd beta;
+  Eigen::MatrixXd inverse;  ///< of F in these directions
+};
+ScoreTest score_test(const Eigen::VectorXd& b, const Eigen::MatrixXd& F);
+
+}  // namespace leeway::gap

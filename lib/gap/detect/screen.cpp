@@ -1,0 +1,231 @@
+#include "gap/detect/screen.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+namespace {
+
+// What a candidate changes in the steps of one recording.
+struct Sides {
+  std::optional<EffectSide> at_start;
+  std::vector<std::optional<EffectSlope>> coordinates;
+};
+
+Sides sides_of(const Candidate& candidate, const Campaign& campaign, const Hypothesis& so_far,
+               const Eigen::VectorXd& known, const Eigen::VectorXd& plain_theta, std::size_t recording) {
+  Sides sides;
+  Hypothesis hypothesis = so_far;
+  hypothesis.effects.insert(hypothesis.effects.end(), candidate.effects.begin(), candidate.effects.end());
+  const RecordedInputs& recorded = campaign.recorded_inputs[recording];
+  const Ship ship = campaign.ship_in(recording);
+  const RudderResponse like = rudder_response_of(so_far.applied_to(ship, known, recording));
+  const auto side = [&](const Eigen::VectorXd& z) {
+    Eigen::VectorXd all(known.size() + z.size());
+    all << known, z;
+    return EffectSide(hypothesis.applied_to(ship, all, recording), plain_theta, recorded, like);
+  };
+  Eigen::Index j = 0;
+  const auto side_at = [&](double off) {
+    return side(candidate.z + off * Eigen::VectorXd::Unit(candidate.z.size(), j));
+  };
+  for (const FreeEffect& effect : candidate.effects) {
+    const bool acts = effect.recording().value_or(recording) == recording;
+    if (acts && !sides.at_start) sides.at_start = side(candidate.z);
+    for (const double difference : effect.differences()) {
+      sides.coordinates.emplace_back();
+      if (acts) sides.coordinates.back().emplace(side_at, difference);
+      ++j;
+    }
+  }
+  return sides;
+}
+
+}  // namespace
+
+std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship,
+                                     std::vector<FreeEffect::Choice> choices) {
+  std::vector<Candidate> result;
+  const FreeEffect plain(effect, ship, choices.front());
+  const auto add = [&](double towards_deg, const Eigen::VectorXd& z) {
+    Candidate candidate;
+    for (FreeEffect::Choice& choice : choices) {
+      choice.towards_deg = towards_deg;
+      candidate.effects.emplace_back(effect, ship, choice);
+    }
+    candidate.z = z.replicate(static_cast<Eigen::Index>(choices.size()), 1);
+    result.push_back(std::move(candidate));
+  };
+  constexpr double half = 0.5 * static_cast<double>(kPolicy.detect.compass_starts);  // of the compass
+  const Eigen::VectorXd median = Eigen::VectorXd::Zero(plain.size());
+  if (!choices.front().priors.empty()) {
+    add(choices.front().towards_deg, median);
+  } else if (const auto neutral = plain.neutral()) {
+    add(0.0, *neutral);
+    // As a wind, of which in calm air nothing shows from where it may come.
+    for (int k = 0; k < kPolicy.detect.compass_starts && search_start(effect) == SearchStart::compass; ++k)
+      add(0.0, kPolicy.detect.first_wind * Eigen::Vector2d(std::cos(k * kPi / half), std::sin(k * kPi / half)));
+  } else if (plain.has_bare_direction()) {
+    for (int k = 0; k < kPolicy.detect.compass_starts; ++k) add(180.0 / half * k, median);
+  } else {
+    for (const double z : kPolicy.detect.start_strengths) add(0.0, median.array() + z);
+  }
+  return result;
+}
+
+EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
+                           std::vector<Candidate> candidates, double share, std::vector<Eigen::VectorXd> prior_sd,
+                           const ScreenOptions& options)
+    : so_far_(so_far),
+      candidates_(std::move(candidates)),
+      theta_(from.theta),
+      prior_sd_(std::move(prior_sd)),
+      effects_(from.effects) {
+  const Eigen::Index coefficients = theta_.size() - 1 - effects_;
+  theta_.head(coefficients) *= share;
+  const Eigen::VectorXd plain_theta = without_effects(theta_, effects_), known = theta_.segment(coefficients, effects_);
+  Eigen::Index count = 0;
+  for (const Candidate& candidate : candidates_) {
+    first_.push_back(theta_.size() + count);
+    count += candidate.z.size() + 1;
+  }
+  std::vector<std::vector<Sides>> sides(campaign.recordings.size());
+  parallel_for(sides.size(), options.jobs, [&](std::size_t r) {
+    for (const Candidate& candidate : candidates_)
+      sides[r].push_back(sides_of(candidate, campaign, so_far, known, plain_theta, r));
+  });
+  Noise noise = from.noise;
+  noise.knows_events = options.knows_events;
+  const std::vector<std::size_t> sample = sample_of(from.stretches, options.most_points);
+  std::vector<Evidence> parts(sample.size());
+  parallel_for(parts.size(), options.jobs, [&](std::size_t i) {
+    const std::size_t s = sample[i], recording = campaign.stretches[s].recording;
+    // With the known effects, and the rudders as they follow then.
+    const EffectColumns columns(campaign, so_far, known, plain_theta, recording);
+    const auto data = std::make_shared<Stretch>(campaign.stretches[s]);
+    LinearStretch linear = from.stretches[s];
+    linear.data = data;
+    if (columns.response() != rudder_response_of(campaign.ship_in(recording))) columns.set_inputs_of(*data);
+    if (share != 1.0) {
+      std::vector<Vec3<double>> events = linear.event_scale;
+      linear = linearize(columns.ship(), data, linear.path, plain_theta);
+      linear.event_scale = std::move(events);
+      if (effects_ > 0) columns.add_to(linear);
+    }
+    const EffectSide without(columns.ship(), plain_theta, campaign.recorded_inputs[recording], columns.response());
+    const MoreColumns more = [&](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
+      const Vec6 plain = without.step(linear, k);
+      Eigen::Index column = 0;
+      for (const Sides& one : sides[recording]) {
+        for (const auto& slope : one.coordinates) {
+          if (slope)
+            out.col(column++) = slope->step(linear, k);
+          else
+            out.col(column++).setZero();
+        }
+        if (one.at_start)
+          out.col(column++) = one.at_start->step(linear, k) - plain;
+        else
+          out.col(column++).setZero();
+      }
+    };
+    parts[i] = evidence(linear, noise, count, more);
+  });
+  total_ = Evidence(theta_.size() + count);
+  for (const Evidence& part : parts) total_ += part;
+  double points = 0.0, sampled = 0.0;
+  for (const LinearStretch& stretch : from.stretches) points += static_cast<double>(stretch.path.size());
+  for (const std::size_t s : sample) sampled += static_cast<double>(from.stretches[s].path.size());
+  total_.log_likelihood *= points / sampled;
+  total_.b *= points / sampled;
+  total_.F *= points / sampled;
+}
+
+EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const {
+  Part result;
+  for (Eigen::Index i = 0; i + 1 < theta_.size(); ++i) result.places.push_back(i);
+  std::vector<double> z;
+  std::vector<Eigen::Index> starts;
+  for (const std::size_t c : set) {
+    const Eigen::Index n = candidates_[c].z.size();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      result.places.push_back(first_[c] + i);
+      z.push_back(candidates_[c].z[i]);
+    }
+    starts.push_back(first_[c] + n);
+  }
+  result.places.push_back(theta_.size() - 1);
+  // What the candidates do at their starts is there: it moves the scores.
+  Eigen::VectorXd score = total_.b;
+  result.evidence.log_likelihood = total_.log_likelihood;
+  for (const Eigen::Index start : starts) {
+    result.evidence.log_likelihood += score[start] - 0.5 * total_.F(start, start);
+    score -= total_.F.col(start);
+  }
+  result.evidence.b = score(result.places);
+  result.evidence.F = total_.F(result.places, result.places);
+  const auto added = static_cast<Eigen::Index>(z.size());
+  result.theta.resize(theta_.size() + added);
+  result.theta << theta_.head(theta_.size() - 1), Eigen::Map<const Eigen::VectorXd>(z.data(), added), theta_.tail(1);
+  result.log_evidence = -std::numeric_limits<double>::infinity();
+  for (const Eigen::VectorXd& known : prior_sd_) {
+    Eigen::VectorXd sd(theta_.size() + added);
+    sd << known.head(theta_.size() - 1), Eigen::VectorXd::Ones(added), known.tail(1);
+    if (result.prior_sd.size() == 0) result.prior_sd = sd;
+    if (!result.evidence.b.allFinite() || !result.evidence.F.allFinite()) break;
+    if (const double evidence = marginal(result.evidence, result.theta, sd); evidence > result.log_evidence) {
+      result.log_evidence = evidence;
+      result.prior_sd = std::move(sd);
+    }
+  }
+  return result;
+}
+
+double EffectScreen::log_evidence(const std::vector<std::size_t>& set) const { return part(set).log_evidence; }
+
+Start EffectScreen::start(const std::vector<std::size_t>& set) const {
+  const Part p = part(set);
+  Start result{so_far_, p.theta, p.log_evidence};
+  for (const std::size_t c : set)
+    result.hypothesis.effects.insert(result.hypothesis.effects.end(), candidates_[c].effects.begin(),
+                                     candidates_[c].effects.end());
+  const Eigen::VectorXd precision = p.prior_sd.array().square().inverse();
+  Eigen::MatrixXd M = p.evidence.F;
+  M.diagonal() += precision;
+  const Eigen::VectorXd step = M.llt().solve(p.evidence.b - precision.cwiseProduct(p.theta));
+  if (!step.allFinite()) return result;
+  const Eigen::Index coefficients = theta_.size() - 1 - effects_, effects = p.theta.size() - 1 - coefficients;
+  const double too_long =
+      std::max({1.0, step.head(coefficients).cwiseAbs().maxCoeff() / kPolicy.detect.longest_log_step,
+                step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kPolicy.detect.longest_start});
+  result.theta += step / too_long;
+  return result;
+}
+
+bool is_shifted(const FittedNull& fit) {
+  return std::any_of(fit.report.parameters.begin(), fit.report.parameters.end(),
+                     [](const ParameterShift& p) { return std::abs(p.shift_sd) > kPolicy.detect.shifted_sd; });
+}
+
+std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign, const FittedNull& from,
+                             std::size_t jobs, const Hypothesis& so_far, std::vector<FreeEffect::Choice> choices) {
+  std::vector<Start> starts;
+  const std::vector<Candidate> candidates = candidates_of(effect, campaign.ship, std::move(choices));
+  for (const double share : {1.0, 0.0}) {
+    if (share == 0.0 && !is_shifted(from)) break;
+    const EffectScreen screen(campaign, from, so_far, candidates, share, {from.prior_sd}, {jobs});
+    for (std::size_t i = 0; i < candidates.size(); ++i) starts.push_back(screen.start({i}));
+  }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.log_evidence > b.log_evidence; });
+  return starts;
+}
+
+}  // namespace leeway::gap

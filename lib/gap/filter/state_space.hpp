@@ -1,0 +1,210 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "gap/filter/campaign.hpp"
+#include "gap/filter/uncertainty.hpp"
+#include "gap/policy/policy.hpp"
+
+/// The simulator with model error, as a state-space model that is linear around a path:
+///   x = (eta, nu, w, e): pose, velocity, error of the acceleration, error of the recorded true wind;
+///   (eta, nu)(k+1) = simulator's step from (eta, nu)(k) with the accelerations w(k) added and the wind e(k);
+///   w and e are first-order Gauss-Markov (Ornstein-Uhlenbeck) processes, held over a step.
+/// Measured are eta and nu with white noise. Around a path and parameters theta,
+///   dx(k+1) = offset + A dx(k) + G dtheta + noise.
+/// Forces would be the wrong place for the error: a lighter ship would make it cheaper (docs/gap-locate.md).
+/// Where the simulator is an ensemble, the stationary covariance of w grows by that of its members' accelerations;
+/// where a ship's model switches, by what nobody knows who does not know exactly when.
+namespace leeway::gap {
+
+inline constexpr int kStates = 11, kShipStates = 6, kErrorStart = 6, kWindStart = 9;
+using StateVector = Eigen::Matrix<double, kStates, 1>;
+using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
+/// Derivatives of `rows` quantities by many columns, one row after another: what the filter does to rows goes along
+/// them.
+template <int rows>
+using ByRow = Eigen::Matrix<double, rows, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// What acts in a step where the true wind errs by `wind_error` (from-vector in earth axes [m/s]).
+template <typename T>
+StepInputs<T> with_error(const StepInputs<double>& inputs, const Vec2<T>& wind_error) {
+  const auto at = [&](const Inputs<double>& in) {
+    return Inputs<T>{in.actuators.template cast<T>(), Vec2<T>(in.true_wind.template cast<T>() + wind_error), in.t_s};
+  };
+  return {at(inputs.start), at(inputs.middle), at(inputs.end)};
+}
+
+/// One step of the simulator over a grid interval.
+///   x       (x0, y0, psi, u, v_m, r, w_u, w_v, w_r, e_x, e_y): see above; e as a from-vector in earth axes [m/s]
+///   inputs  what acts, in substeps of h_s
+/// Returns (eta, nu) at its end. w acts as half a kick before and after each substep.
+template <typename T>
+Eigen::Matrix<T, kShipStates, 1> advance(const Model<T>& model, const Eigen::Matrix<T, kStates, 1>& x,
+                                         const std::vector<StepInputs<double>>& inputs, double h_s) {
+  ShipState<T> state{x.template segment<3>(0), x.template segment<3>(3)};
+  const Vec3<T> kick = 0.5 * h_s * x.template segment<3>(kErrorStart);
+  const Vec2<T> wind_error = x.template segment<2>(kWindStart);
+  for (const StepInputs<double>& in : inputs) {
+    state.nu += kick;
+    state = integrate(model, state, with_error(in, wind_error), h_s);
+    state.nu += kick;
+  }
+  Eigen::Matrix<T, kShipStates, 1> result;
+  result << state.eta, state.nu;
+  return result;
+}
+
+struct LinearStep {
+  Vec6 offset;                                    ///< simulator's step from the path, less the path's next point
+  Eigen::Matrix<double, kShipStates, kStates> A;  ///< by x(k)
+  ByRow<kShipStates> G;                           ///< by theta
+  /// Covariance of the accelerations of an ensemble's members; of a ship: of those that derivatives miss, where its
+  /// model switches.
+  Mat3<double> spread = Mat3<double>::Zero();
+  double beyond = 0.0;  ///< farthest that an input lies beyond the training data, see EnsembleSimulator::beyond()
+};
+
+/// A stretch with the model linearized along a path.
+struct LinearStretch {
+  std::shared_ptr<const Stretch> data;    ///< owned with others, so that fits can be copied and outlive campaigns
+  std::vector<StateVector> path;          ///< one per point
+  std::vector<LinearStep> steps;          ///< one less
+  std::vector<Vec6> mean_offset;          ///< of the mean that is measured about a point, from the path's value there
+  std::vector<Vec3<double>> event_scale;  ///< factors on sigma_w at each point: above 1 in events; empty: 1
+  Vec6 initial_sd = Vec6::Zero();         ///< of the first point around the path: wide
+  Vec3<double> untrained_sd = Vec3<double>::Zero();  ///< of the acceleration error where an ensemble was not trained
+};
+
+/// Levels of the noise.
+struct Noise {
+  Vec3<double> sigma_w;                               ///< of the acceleration error [m/s^2, m/s^2, rad/s^2]
+  Vec3<double> least_sigma_w = Vec3<double>::Zero();  ///< below which it is not estimated
+  double tau_s = 0.0;                                 ///< its correlation time
+  double least_tau_s = 0.0, longest_tau_s = 1e9;      ///< between which it is estimated
+  Vec6 measurement_sd;                                ///< of one point of the grid
+  Vec6 least_measurement_sd = Vec6::Zero();           ///< below which it is not estimated
+  double wind_share =
+      kPolicy.filter
+          .first_wind_share;  ///< sd of each component of the wind's error, by the mean wind speed of the stretch
+  double wind_tau_s = 0.0;
+  /// Of each step's own timing of the actuators, in tenths of the sampling time: where they moved between two samples
+  /// is not known, and a straight line is wrong by up to a third of the time between.
+  double timing_sd = kPolicy.filter.timing_sd;
+  bool knows_events = true;  ///< whether LinearStretch::event_scale counts
+  bool knows_spread = true;  ///< whether LinearStep::spread and beyond count
+};
+
+/// The measurements as a path to start from: holes are bridged linearly and what is not recorded is zero (the heading:
+/// the integral of the yaw rate), without error states.
+std::vector<StateVector> measured_path(const Stretch& stretch);
+
+/// Derivatives along a given path, by automatic differentiation: by the state exactly, by theta within about a
+/// hundredth, and slopes of chords where the model switches; those of an ensemble by differences, with theta the timing
+/// alone.
+LinearStretch linearize(const EnsembleSimulator& simulator, std::shared_ptr<const Stretch> stretch,
+                        std::vector<StateVector> path, const Eigen::VectorXd& theta);
+LinearStretch linearize(const Ship& ship, std::shared_ptr<const Stretch> stretch, std::vector<StateVector> path,
+                        const Eigen::VectorXd& theta);
+/// The same along the path that the filter itself takes from the measurements up to each point (extended Kalman
+/// filter). Columns must not know the measurements that they explain: along a smoothed path they would, and noise alone
+/// would look like an effect. The first kPolicy.filter.first_points points, where the filter converges, stay as they
+/// are.
+///   before  the stretch about a path near by: its path and mean_offset are used
+///   data    the stretch, with the inputs as they act
+LinearStretch linearize_filtered(const EnsembleSimulator& simulator, const LinearStretch& before,
+                                 std::shared_ptr<const Stretch> data, const Noise& noise,
+                                 std::vector<Vec3<double>> event_scale, const Eigen::VectorXd& theta);
+LinearStretch linearize_filtered(const Ship& ship, const LinearStretch& before, std::shared_ptr<const Stretch> data,
+                                 const Noise& noise, std::vector<Vec3<double>> event_scale,
+                                 const Eigen::VectorXd& theta);
+
+/// What the measurements say about columns c_j, each an addition beta_j c_j(k) to the six ship states of every step:
+/// innovations are white under the model, so that ln p(y | beta) = log_likelihood + b' beta - beta' F beta/2.
+struct Evidence {
+  double log_likelihood = 0.0;
+  Eigen::VectorXd b;
+  Eigen::MatrixXd F;
+  std::size_t measurements = 0;
+
+  explicit Evidence(Eigen::Index columns = 0)
+      : b(Eigen::VectorXd::Zero(columns)), F(Eigen::MatrixXd::Zero(columns, columns)) {}
+  Evidence& operator+=(const Evidence& other);
+};
+
+/// The Kalman filter along a stretch, step by step; white innovations come out one by one.
+class Filter {
+ public:
+  using Columns = ByRow<kStates>;
+
+  Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index columns);
+
+  /// Goes from point k to k+1; the caller then adds its columns to the top six rows of `columns`.
+  void predict(std::size_t k);
+  /// Takes the measurements of point k one by one: innovation(channel, z, row, S), z with variance 1, S the variance
+  /// before, row = dz/dbeta with the sign that makes b = sum z row.
+  template <typename Innovation>
+  void update(std::size_t k, const Innovation& innovation) {
+    int count = 0;
+    for (int i = 0; i < kShipStates; ++i) {
+      const double y = stretch_.data->measured[k][i];
+      if (std::isnan(y)) continue;
+      const double S = covariance(i, i) + noise_.measurement_sd[i] * noise_.measurement_sd[i];
+      const double per_root = 1.0 / std::sqrt(S);
+      const double e = y - stretch_.path[k][i] - stretch_.mean_offset[k][i] - mean[i];
+      const StateVector K = covariance.col(i) / S;
+      mean += K * e;
+      covariance -= K.lazyProduct((K * S).transpose());
+      taken_[count++] = {i, e * per_root, S, per_root, K / per_root};
+    }
+    take_columns(count);
+    for (int t = 0; t < count; ++t) innovation(taken_[t].channel, taken_[t].z, rows_.row(t), taken_[t].S);
+  }
+
+  StateVector mean;  ///< of dx, given what was taken so far
+  StateMatrix covariance;
+  Columns columns;  ///< d mean/d beta
+  StateMatrix transition(std::size_t k) const;
+
+ private:
+  struct Taken {
+    int channel;
+    double z, S, per_root;
+    StateVector gain;
+  };
+  Vec3<double> sigma_w(std::size_t k) const;
+  Mat3<double> spread(std::size_t k) const;
+  /// What measurements do to the columns: a few columns at a time, which stay in registers.
+  void take_columns(int count);
+  template <int width>
+  void take_columns(int count, Eigen::Index first);
+  template <int width>
+  void move_columns(const Eigen::Matrix<double, kShipStates, kStates>& A, Eigen::Index first);
+
+  const LinearStretch& stretch_;
+  const Noise& noise_;
+  double wind_sd_;
+  std::array<Taken, kShipStates> taken_;
+  ByRow<kShipStates> rows_;
+};
+
+/// Evidence about the parameters theta (columns G), and about more columns: `more(k, out)` writes the additions of step
+/// k into the 6 x count matrix `out`.
+using MoreColumns = std::function<void(std::size_t k, Eigen::Ref<Eigen::MatrixXd> out)>;
+Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count = 0,
+                  const MoreColumns& more = nullptr);
+/// The same by blocks of points; their sum is that of the stretch.
+std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
+                                         Eigen::Index count = 0, const MoreColumns& more = nullptr);
+
+/// Smoothed states (path + dx) and their covariances, with theta moved by dtheta; innovations if asked for.
+struct Smoothed {
+  std::vector<StateVector> state;
+  std::vector<StateMatrix> covariance;
+  std::vector<Vec6> innovations;  ///< white, NaN where nothing was measured
+};
+Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::VectorXd& dtheta);
+
+}  // namespace leeway::gap

@@ -1,0 +1,228 @@
+#include "gap/fit/climb.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+#include "core/parallel.hpp"
+#include "gap/fit/events.hpp"
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+
+std::vector<EffectColumns> columns_by_recording(const Campaign& campaign, const Hypothesis& hypothesis,
+                                                const Eigen::VectorXd& z, const Eigen::VectorXd& plain_theta) {
+  std::vector<EffectColumns> result;
+  for (std::size_t r = 0; r < campaign.recordings.size(); ++r)
+    result.emplace_back(campaign, hypothesis, z, plain_theta, r);
+  return result;
+}
+
+Climb::Climb(const Campaign& campaign, FittedNull& fit, const Hypothesis& hypothesis, const FitOptions& options,
+             bool knows_sensors)
+    : campaign_(campaign), fit_(fit), hypothesis_(hypothesis), options_(options) {
+  fit.stretches.resize(campaign.stretches.size());
+  fit.smoothed.resize(campaign.stretches.size());
+  fit.event_scale.resize(campaign.stretches.size());
+  if (knows_sensors)
+    for (int level = kTauLevel + 1; level < kWindLevel; ++level) free_levels_.push_back(level);
+  if (campaign.has_wind) free_levels_.push_back(kWindLevel);
+  acting_.resize(campaign.stretches.size());
+  for (std::size_t s = 0; s < campaign.stretches.size(); ++s)
+    own_.push_back(fit.stretches[s].data ? fit.stretches[s].data
+                                         : std::make_shared<const Stretch>(campaign.stretches[s]));
+}
+
+Eigen::VectorXd Climb::prior(double UncertainParameter::*sd) const {
+  Eigen::VectorXd result(fit_.theta.size());
+  for (Eigen::Index i = 0; i < result.size(); ++i) result[i] = fit_.parameters[static_cast<std::size_t>(i)].*sd;
+  return result;
+}
+
+LevelProblem Climb::levels() const {
+  return {fit_.stretches,      fit_.theta,   fit_.prior_sd, ExtraColumns{0, nullptr}, fit_.noise, fit_.level_prior_mean,
+          fit_.level_prior_sd, free_levels_, options_.jobs};
+}
+
+void Climb::linearize_all(const std::vector<LinearStretch>& before) {
+  const Eigen::Index effects = fit_.effects;
+  const Eigen::VectorXd plain = without_effects(fit_.theta, effects);
+  if (campaign_.ensemble) return linearize_ensemble(before);
+  const std::vector<EffectColumns> by_recording =
+      columns_by_recording(campaign_, hypothesis_, fit_.theta.segment(plain.size() - 1, effects), plain);
+  parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
+    const EffectColumns& columns = by_recording[own_[s]->recording];
+    const std::shared_ptr<const Stretch> acting = acting_as(columns, s);
+    if (before[s].data == nullptr)
+      fit_.stretches[s] = linearize(columns.ship(), acting, measured_path(*acting), plain);
+    else
+      fit_.stretches[s] = linearize_filtered(columns.ship(), before[s], acting, fit_.noise, fit_.event_scale[s], plain);
+    if (effects > 0) columns.add_to(fit_.stretches[s]);
+  });
+  judge_all();
+}
+
+bool Climb::until_converged(int most_iterations, Judged judged) {
+  const bool judges = judged == Judged::all;
+  double moved = 1.0, noise_moved = 1.0, damping = 0.0;
+  for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
+    const bool is_free = judges && iteration < kPolicy.fit.free_steps;
+    if (iteration == 0 || judges) linearize_all(fit_.stretches);
+    if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError(diverged());
+    const Eigen::VectorXd slope = slope_now();
+    double& distance = fit_.report.distance;
+    fit_.report.gradient = slope.cwiseProduct(fit_.prior_sd).cwiseAbs().maxCoeff();
+    distance = distance_now();
+    const bool stands =
+        iteration > 1 && moved < kPolicy.fit.theta_converged && noise_moved < kPolicy.fit.noise_converged;
+    if ((stands && (distance < kPolicy.fit.near_sd || moved == 0.0)) || iteration == most_iterations)
+      return stands && distance < kPolicy.fit.far_sd;
+
+    // Noise levels, once the path has been smoothed for the first time; later few steps, since parameters follow.
+    if ((!judges || iteration > 0) &&
+        (noise_moved > kPolicy.fit.noise_converged || moved > kPolicy.fit.theta_nearly_converged)) {
+      const Levels before = levels_of(fit_.noise);
+      fit_.noise = noise_of(levels().minimize(before, is_free ? 5 : 2, fit_.level_unit), fit_.noise);
+      noise_moved = (levels_of(fit_.noise) - before).cwiseAbs().maxCoeff();
+      fit_.total = levels().total(fit_.noise);
+    }
+    // Far from the best noise levels likelihoods say little, and about the measurements' path nothing.
+    moved = step(damping, is_free).cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
+    parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
+      fit_.smoothed[s] = smooth(fit_.stretches[s], fit_.noise, Eigen::VectorXd::Zero(fit_.theta.size()));
+      if (!judges) return;
+      const std::size_t first = std::min(kPolicy.filter.first_points, fit_.smoothed[s].state.size());
+      std::copy_n(fit_.smoothed[s].state.begin(), first, fit_.stretches[s].path.begin());
+    });
+    if (judged != Judged::nothing && iteration > 1 && iteration < kPolicy.fit.events_fixed) {
+      find_events(fit_, campaign_);
+      if (!judges) take_events();
+    }
+    // Once more when events no longer hide them.
+    if (judges && (iteration == 2 || iteration == 6)) leave_out_outliers();
+    if (options_.progress)
+      options_.progress(1.0 - 1.0 / (1.0 + 0.3 * fit_.report.iterations),
+                        fmt::format("parameters still move by {:.2g} sd", moved));
+  }
+}
+
+void Climb::take_events() {
+  for (std::size_t s = 0; s < fit_.stretches.size(); ++s) fit_.stretches[s].event_scale = fit_.event_scale[s];
+  fit_.total = levels().total(fit_.noise);
+}
+
+void Climb::restore_inputs() {
+  for (std::size_t s = 0; s < own_.size(); ++s) fit_.stretches[s].data = own_[s];
+}
+
+// The stretch with the inputs as the rudders follow them there.
+std::shared_ptr<const Stretch> Climb::acting_as(const EffectColumns& columns, std::size_t s) {
+  if (columns.response() != responses_[s]) {
+    const auto acting = std::make_shared<Stretch>(*own_[s]);
+    columns.set_inputs_of(*acting);
+    acting_[s] = acting;
+    responses_[s] = columns.response();
+  }
+  return responses_[s] == own_response_ ? own_[s] : acting_[s];
+}
+
+// Which recording the simulator cannot follow at all.
+std::string Climb::diverged() const {
+  std::string text = "the simulator runs away along the recordings, whose inputs or states are far from what it knows";
+  for (std::size_t s = 0; s < fit_.stretches.size(); ++s)
+    if (!std::isfinite(evidence(fit_.stretches[s], fit_.noise).log_likelihood)) {
+      const Stretch& stretch = campaign_.stretches[s];
+      text = fmt::format("{}: {} between {:.4g} and {:.4g} s", campaign_.recordings[stretch.recording].file, text,
+                         stretch.t_s.front(), stretch.t_s.back());
+      break;
+    }
+  for (const std::string& notice : campaign_.notices) text += "; " + notice;
+  return text;
+}
+
+void Climb::linearize_ensemble(const std::vector<LinearStretch>& before) {
+  const EnsembleSimulator& ensemble = *campaign_.ensemble;
+  parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
+    fit_.stretches[s] = before[s].data == nullptr ? linearize(ensemble, own_[s], measured_path(*own_[s]), fit_.theta)
+                                                  : linearize_filtered(ensemble, before[s], own_[s], fit_.noise,
+                                                                       fit_.event_scale[s], fit_.theta);
+  });
+  judge_all();
+}
+
+void Climb::judge_all() {
+  fit_.noise.least_sigma_w = kPolicy.fit.least_error * typical_acceleration(fit_.stretches);
+  fit_.total = levels().total(fit_.noise);
+}
+
+Eigen::MatrixXd Climb::curvature_now() const {
+  Eigen::MatrixXd M = fit_.total.F;
+  M.diagonal() += precision();
+  return M;
+}
+
+// From where the slope vanishes, in posterior standard deviations.
+double Climb::distance_now() const {
+  const Eigen::VectorXd slope = slope_now();
+  return std::sqrt(std::max(0.0, slope.dot(curvature_now().llt().solve(slope))));
+}
+
+double Climb::log_posterior() const {
+  return fit_.total.log_likelihood - 0.5 * fit_.theta.dot(precision().cwiseProduct(fit_.theta));
+}
+
+// A Gauss-Newton step of theta, shortened by 1 + damping, until it makes what was recorded more likely, unless
+// `anyhow`; zero where none does. Kinks of the model, and a filter that gets to know other paths, let full steps lead
+// away.
+Eigen::VectorXd Climb::step(double& damping, bool anyhow) {
+  const Eigen::VectorXd theta = fit_.theta, slope = slope_now();
+  const Eigen::MatrixXd M = curvature_now();
+  const Evidence total = fit_.total;
+  const double before = log_posterior(), distance = distance_now();
+  const Eigen::VectorXd newton = M.llt().solve(slope);
+  if (!newton.allFinite()) return Eigen::VectorXd::Zero(theta.size());
+  std::vector<LinearStretch> stretches(fit_.stretches.size());
+  std::swap(stretches, fit_.stretches);
+  const Eigen::Index effects = fit_.effects, coefficients = theta.size() - 1 - effects;
+  for (;;) {
+    Eigen::VectorXd step = newton;
+    double too_long =
+        std::max({1.0 + damping, step.head(coefficients).lpNorm<Eigen::Infinity>() / kPolicy.fit.largest_step,
+                  std::abs(step[step.size() - 1]) / kPolicy.fit.largest_timing_step});
+    if (effects > 0)
+      too_long = std::max(too_long,
+                          step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kPolicy.fit.largest_effect_step);
+    step /= too_long;
+    fit_.theta = theta + step;
+    linearize_all(stretches);
+    // Neither, where the simulator runs away.
+    const bool is_better =
+        log_posterior() > before + kPolicy.fit.least_gain || distance_now() < kPolicy.fit.nearer * distance;
+    if (is_better || (anyhow && std::isfinite(fit_.total.log_likelihood))) {
+      const double expected = slope.dot(step) - 0.5 * step.dot(M * step), gained = log_posterior() - before;
+      if (expected > kPolicy.fit.measurable_gain && gained < kPolicy.fit.poor_step * expected)
+        damping = std::max(kPolicy.fit.damping_factor * damping, kPolicy.fit.least_damping);
+      else if (expected <= kPolicy.fit.measurable_gain || gained > kPolicy.fit.good_step * expected)
+        damping = damping > kPolicy.fit.least_damping ? damping / kPolicy.fit.damping_factor : 0.0;
+      return step;
+    }
+    damping = std::max(kPolicy.fit.damping_factor * damping, kPolicy.fit.least_damping);
+    if (damping > kPolicy.fit.most_damping) break;
+  }
+  damping = kPolicy.fit.least_damping;
+  fit_.theta = theta;
+  fit_.total = total;
+  std::swap(stretches, fit_.stretches);
+  return Eigen::VectorXd::Zero(theta.size());
+}
+
+void Climb::leave_out_outliers() {
+  const std::vector<std::shared_ptr<const Stretch>> judged = without_outliers(fit_);
+  for (std::size_t s = 0; s < own_.size(); ++s)
+    if (judged[s]) fit_.stretches[s].data = own_[s] = judged[s];
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,67 @@
+#include "gap/fit/effect_columns.hpp"
+
+namespace leeway::gap {
+
+EffectSide::EffectSide(const Ship& ship, const Eigen::VectorXd& plain_theta, const RecordedInputs& recorded,
+                       const RudderResponse& like)
+    : model_(ship) {
+  apply_uncertainty(model_, plain_theta);
+  if (const RudderResponse& response = model_.rudder_response(); response != like) inputs_ = recorded.through(response);
+}
+
+Vec6 EffectSide::step(const LinearStretch& stretch, std::size_t k) const {
+  const std::vector<StepInputs<double>>& own = stretch.data->inputs[k];
+  const double h = stretch.data->dt_s(k) / static_cast<double>(own.size());
+  if (!inputs_) return advance<double>(model_, stretch.path[k], own, h);
+  std::vector<StepInputs<double>> inputs = own;
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    inputs[i] = averaged_step(*inputs_, stretch.data->t_s[k] + static_cast<double>(i) * h, h);
+  return advance<double>(model_, stretch.path[k], inputs, h);
+}
+
+EffectColumns::EffectColumns(const Campaign& campaign, const Hypothesis& hypothesis, const Eigen::VectorXd& z,
+                             const Eigen::VectorXd& plain_theta, std::size_t recording)
+    : recorded_(campaign.recorded_inputs[recording]),
+      ship_(hypothesis.applied_to(campaign.ship_in(recording), z, recording)),
+      response_(rudder_response_of(ship_)) {
+  Eigen::Index j = 0;
+  const auto side_at = [&](double off) {
+    const Eigen::VectorXd at = z + off * Eigen::VectorXd::Unit(z.size(), j);
+    return EffectSide(hypothesis.applied_to(campaign.ship_in(recording), at, recording), plain_theta, recorded_,
+                      response_);
+  };
+  for (const FreeEffect& effect : hypothesis.effects)
+    for (const double difference : effect.differences()) {
+      slopes_.emplace_back();
+      if (effect.recording().value_or(recording) == recording) slopes_.back().emplace(side_at, difference);
+      ++j;
+    }
+}
+
+void EffectColumns::set_inputs_of(Stretch& stretch) const { set_inputs(stretch, recorded_.through(response_), ship_); }
+
+void EffectColumns::add_to(LinearStretch& stretch) const {
+  const auto count = static_cast<Eigen::Index>(slopes_.size());
+  for (std::size_t k = 0; k < stretch.steps.size(); ++k) {
+    ByRow<kShipStates>& G = stretch.steps[k].G;
+    const Eigen::Index plain = G.cols() - 1;
+    ByRow<kShipStates> wider(kShipStates, plain + count + 1);
+    wider.leftCols(plain) = G.leftCols(plain);
+    wider.rightCols(1) = G.rightCols(1);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      if (const auto& slope = slopes_[static_cast<std::size_t>(j)])
+        wider.col(plain + j) = slope->step(stretch, k);
+      else
+        wider.col(plain + j).setZero();
+    }
+    G = std::move(wider);
+  }
+}
+
+Eigen::VectorXd without_effects(const Eigen::VectorXd& theta, Eigen::Index effects) {
+  Eigen::VectorXd plain(theta.size() - effects);
+  plain << theta.head(theta.size() - effects - 1), theta.tail(1);
+  return plain;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "gap/filter/state_space.hpp"
+#include "gap/policy/policy.hpp"
+
+/// Levels of the noise, and how well they explain the recordings.
+namespace leeway::gap {
+
+/// The noise levels as one vector of logarithms: sigma_w (3), tau, position, heading, u, v_m, r, share of the wind.
+inline constexpr int kLevels = 10, kTauLevel = 3, kWindLevel = 9;
+using Levels = Eigen::Matrix<double, kLevels, 1>;
+Levels levels_of(const Noise& noise);
+Noise noise_of(const Levels& levels, const Noise& like);
+
+/// ln of the integral of exp(log_likelihood + b'd - d'Fd/2) N(theta + d; 0, sd^2) over d.
+double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd);
+
+/// Columns beside theta for each stretch: columns_of(stretch).
+struct ExtraColumns {
+  Eigen::Index count = 0;
+  std::function<MoreColumns(std::size_t stretch)> of;
+};
+
+/// How well noise levels explain the recordings: parameters (theta and those of the extra columns) are integrated out.
+struct LevelProblem {
+  const std::vector<LinearStretch>& stretches;
+  Eigen::VectorXd theta, prior_sd;  ///< of theta and the extra columns; the latter start at zero
+  ExtraColumns extra;
+  Noise like;  ///< for what is not among the levels
+  Levels prior_mean, prior_sd_of_levels;
+  std::vector<int> free;  ///< the levels that may move
+  std::size_t jobs = 1;
+  std::size_t most_points =
+      kPolicy.fit.points_for_levels;  ///< costs and their derivatives come from stretches with about this many points
+
+  /// -ln posterior at each point.
+  std::vector<double> costs(const std::vector<Levels>& points) const;
+  /// Sum of evidence() over the stretches, on several threads.
+  Evidence total(const Noise& noise) const;
+  /// The best levels near `start`, by BFGS with central differences.
+  ///   unit  by level: a step over which the slope of the cost changes; renewed for the next time
+  Levels minimize(const Levels& start, int most_iterations, Levels& unit) const;
+  /// Largest derivative of the cost by a free level that is not at a bound.
+  double gradient(const Levels& at) const;
+};
+
+/// Places of stretches with about `most_points` points that stand for all; of all where they have fewer.
+std::vector<std::size_t> sample_of(const std::vector<LinearStretch>& stretches, std::size_t most_points);
+
+}  // namespace leeway::gap

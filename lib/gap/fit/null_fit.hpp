@@ -1,0 +1,64 @@
+#pragma once
+
+#include "gap/fit/hypothesis.hpp"
+#include "gap/fit/levels.hpp"
+#include "gap/result/findings.hpp"
+
+namespace leeway::gap {
+
+/// The simulator fitted within its stated uncertainty: parameters, noise levels, and the model along the smoothed path.
+struct FittedNull {
+  std::vector<UncertainParameter> parameters;
+  Eigen::VectorXd theta;     ///< ln of the factors, then coordinates of effects that are fitted, then the timing
+  Eigen::Index effects = 0;  ///< number of the coordinates
+  Noise noise;
+  std::vector<LinearStretch> stretches;  ///< linearized at theta along the filtered paths
+  std::vector<Smoothed> smoothed;
+  std::vector<std::vector<Vec3<double>>> event_scale;  ///< of each stretch, as LinearStretch has it
+  double log_prior_of_events = 0.0;                    ///< each block and axis as likely as one event in all is
+  Evidence total;                                      ///< about theta, at the end
+  Eigen::VectorXd prior_sd;                            ///< of theta: UncertainParameter::tolerated_sd
+  Levels level_prior_mean, level_prior_sd, level_unit = Levels::Ones();
+  NullFit report;
+};
+
+struct FitOptions {
+  std::size_t jobs = 1;
+  int most_iterations = 30;
+  std::function<void(double done, const std::string& note)> progress = {};  ///< done in 0..1
+};
+
+/// Maximizes the marginal likelihood: the paths are integrated out by the filter, the parameters theta ~ N(0,
+/// tolerated_sd^2) by Laplace's method, around paths and parameters that are renewed until they converge; noise levels
+/// by BFGS (Ceres). Measurements farther than 6 sd from what all others predict are left out and counted. Where the
+/// model error of a block of 10 s (at 3 m) has more than 16 times its mean square, something acts that comes and goes:
+/// there it may be as large as it is, so that a tug or a mooring line does not count as the simulator's everyday error.
+///   near_by  where to begin: parameters and noise levels of nearly the same recordings
+FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const FittedNull* near_by = nullptr);
+
+/// The campaign without the measurements that a fit left out, for the stages that follow.
+Campaign without_outliers(Campaign campaign, const FittedNull& fit);
+
+/// The same with effects whose coordinates are fitted beside the coefficients, from another fit on: its data, paths,
+/// noise levels and events are where it begins, and its prior widths hold; the noise of the measurements is known then.
+/// What an effect explains is no event any more.
+/// theta is then (coefficients, z, timing). The campaign stays as it is, also where the fit throws: what a fit changes
+/// (inputs as rudders follow them late, outliers) it owns.
+///   theta0  to start from
+FittedNull fit_with(const Campaign& campaign, const FittedNull& from, const Hypothesis& hypothesis,
+                    const Eigen::VectorXd& theta0, const FitOptions& options);
+
+/// Other recordings with the parameters and noise levels of a fit: nothing is fitted but their paths.
+FittedNull follow(const Campaign& campaign, const FittedNull& fit, const Hypothesis& hypothesis, std::size_t jobs);
+
+/// ln p(recordings | hypothesis), by Laplace's method at the best coefficients, effects and noise levels.
+double log_evidence(const FittedNull& fit);
+
+/// Coordinates of the effects, and their covariance.
+struct Coordinates {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd covariance;
+};
+Coordinates coordinates_of(const FittedNull& fit);
+
+}  // namespace leeway::gap

@@ -1,0 +1,104 @@
+#include "gap/gap_explain.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "gap/compare/current_course.hpp"
+#include "gap/compare/selection.hpp"
+#include "gap/compare/terms.hpp"
+#include "gap/decide/found.hpp"
+#include "gap/gap_locate.hpp"
+#include "gap/show/before_after.hpp"
+#include "gap/show/hypotheses.hpp"
+#include "ship/pitch_current.hpp"
+
+namespace leeway::gap {
+namespace {
+
+// Model error energy: shares of the three axes in one number, yaw by a radius of gyration.
+double energy(const Vec3<double>& sigma_w, double L_pp) {
+  const Vec3<double> w = sigma_w.cwiseProduct(Vec3<double>(1.0, 1.0, kPolicy.detect.gyration_radius_per_L * L_pp));
+  return w.squaredNorm();
+}
+
+// What the comparison found, for the decision.
+HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& selection, const NullFit& null,
+                                 double L_pp) {
+  const Fitted& answer = comparison.all()[selection.chosen];
+  HypothesesFound found;
+  found.is_named = selection.chosen != 0;
+  found.has_terms = has_terms(answer.hypothesis.names());
+  found.log_odds_of_best = comparison.log_odds(selection.best);
+  found.log_odds_of_chosen = comparison.log_odds(selection.chosen);
+  found.is_likelier = selection.stated[selection.best] > selection.stated[0];
+  found.left_p = selection.left_p_value;
+  found.is_negligible = selection.is_negligible;
+  found.error_share = selection.error;
+  found.taken_share = 1.0 - energy(answer.fit.noise.sigma_w, L_pp) / energy(null.sigma_w, L_pp);
+  return found;
+}
+
+// The verdict, and what is claimed.
+void decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
+                        const Selection& selection, double false_alarm, double L_pp) {
+  const Decision decision =
+      decide({false_alarm, findings.tests, hypotheses_found(comparison, selection, findings.fit, L_pp)});
+  explanation.verdict = decision.verdict;
+  explanation.p_value = decision.p_value;
+  explanation.left_p_value = selection.left_p_value;
+  explanation.is_complete = decision.is_complete;
+  const std::vector<std::string> fitted = comparison.all()[selection.chosen].hypothesis.names();
+  if (decision.claims_names) explanation.chosen = fitted;
+  if (!decision.claims_unknown) return;
+  explanation.chosen.push_back(name_of_terms());
+  if (!has_terms(fitted)) add_unknown(explanation, fitted, selection.left_p_value);  // with terms it is there already
+}
+
+}  // namespace
+
+Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, std::vector<Trajectory>& heldout,
+                        const GapExplainOptions& options) {
+  const auto progress = [&](double done, const std::string& note) {
+    if (options.locate.progress) options.locate.progress(done, note);
+  };
+  Explanation explanation;
+  add_revolutions(heldout, ship);
+  if (!heldout.empty()) prepare(ship, heldout, {options.locate.step_s, 0.0});  // refused before the long work
+  GapLocateOptions locate_options = options.locate;
+  locate_options.progress = [&](double done, const std::string& note) { progress(0.4 * done, note); };
+  Investigation investigation = investigate(ship, recordings, locate_options);
+  Findings& findings = investigation.findings;
+  const Campaign& campaign = investigation.campaign;
+
+  progress(0.4, "fits with the likeliest effects");
+  const double rate = options.locate.false_alarm;
+  Comparison comparison(campaign, investigation.null,
+                        {rate, options.locate.jobs, findings.detection.p_value > surely_beside(rate)});
+  const Selection selection = select(campaign, findings, comparison, options);
+  report_hypotheses(explanation, comparison, campaign, options);
+  decide_explanation(explanation, findings, comparison, selection, rate, ship.particulars.L_pp);
+  add_sensors(explanation, findings);
+  add_rivals(explanation, findings);
+  sort_hypotheses(explanation);
+  const Fitted& answer = comparison.all()[selection.chosen];
+  explanation.parameters = answer.fit.report.parameters;
+  if (std::any_of(explanation.chosen.begin(), explanation.chosen.end(),
+                  [](const std::string& name) { return search_start(name) == SearchStart::course; })) {
+    const Coordinates z = coordinates_of(answer.fit);
+    explanation.current_paths = current_paths(campaign, answer.hypothesis, z.mean, answer.kappa * z.covariance);
+  }
+  show_before_after({ship, campaign, findings, investigation.null, comparison, answer, options}, heldout, explanation);
+
+  findings.grossly_inconsistent = errs_grossly(answer.fit.report);
+  explanation.notices.insert(explanation.notices.begin(), findings.notices.begin(), findings.notices.end());
+  if (!selection.unexcited.empty())
+    explanation.notices.push_back(
+        fmt::format("not tried, since these recordings cannot show it: {}", fmt::join(selection.unexcited, ", ")));
+  explanation.findings = std::move(findings);
+  progress(1.0, "done");
+  return explanation;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "gap/policy/policy.hpp"
+
+/// What a caller chooses; stages that work with it include this alone.
+namespace leeway::gap {
+
+struct GapLocateOptions {
+  bool correct = true;  ///< take the faults that the audit finds out before the fit
+  /// Rate of a mismatch, of a fault and of an interval where there is none.
+  double false_alarm = kPolicy.detect.false_alarm;
+  double step_s = 0.0;  ///< of the filter's grid; 0: chosen by the ship's length
+  std::size_t jobs = 1;
+  std::uint64_t seed = 1;
+  std::function<void(double done, const std::string& note)> progress;  ///< done in 0..1
+};
+
+struct GapExplainOptions {
+  GapLocateOptions locate;
+  std::size_t refitted = 6;      ///< effects that are fitted without linearization
+  std::size_t most_effects = 4;  ///< at a time
+};
+
+}  // namespace leeway::gap

@@ -1,0 +1,145 @@
+#include "gap/report/explain_json.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "gap/report/locate_json.hpp"
+#include "gap/report/words.hpp"
+
+namespace leeway::gap {
+namespace {
+
+using io::Json;
+
+Json to_json(const Score& score) {
+  return {{"points", score.points},
+          {"rmse_u_mps", number(score.rmse_u_mps)},
+          {"rmse_vm_mps", number(score.rmse_vm_mps)},
+          {"rmse_r_degps", number(score.rmse_r_degps)},
+          {"rmse_position_m", number(score.rmse_position_m)}};
+}
+
+Json to_json(const Scores& scores) {
+  const auto shown = scores.free_runs.find(kShownHorizon_s);
+  Json result = to_json(shown != scores.free_runs.end() ? shown->second : Score{});
+  result["horizon_s"] = kShownHorizon_s;
+  result["log_likelihood_per_sample"] = number(scores.log_likelihood_per_sample);
+  result["coverage"] = Json::object();
+  for (const auto& [percent, share] : scores.coverage) result["coverage"][std::to_string(percent)] = number(share);
+  result["free_runs"] = Json::object();
+  for (const auto& [horizon_s, score] : scores.free_runs)
+    result["free_runs"][std::to_string(horizon_s)] = to_json(score);
+  result["recordings"] = Json::object();
+  for (const auto& [name, score] : scores.by_recording) result["recordings"][name] = to_json(score);
+  return result;
+}
+
+Json to_json(const Explained& hypothesis) {
+  Json parameters = Json::object();
+  for (const ExplainedParameter& p : hypothesis.parameters) {
+    Json one{{"effect", p.effect},
+             {"estimate", number(p.estimate)},
+             {"sd", number(p.sd)},
+             {"ci95", {number(p.low), number(p.high)}},
+             {"prior95", {number(p.prior_low), number(p.prior_high)}},
+             {"unit", unit_of(p.name)}};
+    // Two effects may have parameters of the same name.
+    const bool is_taken = parameters.contains(p.name) && parameters[p.name]["effect"] != p.effect;
+    Json& place = parameters[is_taken ? p.effect + "." + p.name : p.name];
+    if (p.recording.empty() || place.is_null()) place = one;
+    if (!p.recording.empty()) place["recordings"][p.recording] = one;
+  }
+  return {{"name", hypothesis.name},
+          {"effects", hypothesis.effects},
+          {"probability", number(hypothesis.probability)},
+          {"log_evidence", number(hypothesis.log_evidence)},
+          {"heldout_gain_nats", number(hypothesis.heldout_gain)},
+          {"heldout_gain_sd_nats", number(hypothesis.heldout_gain_sd)},
+          {"converged", hypothesis.converged},
+          {"parameters", parameters},
+          {"confusable_with", hypothesis.confusable_with},
+          {"separating_maneuver", hypothesis.separating_maneuver},
+          {"sentence", hypothesis.sentence}};
+}
+
+}  // namespace
+
+Json to_json(const Explanation& explanation) {
+  Json locate = to_json(explanation.findings), hypotheses = Json::array();
+  for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
+  Json ships = Json::object();
+  for (const auto& [recording, effects] : explanation.effects_in) ships[recording] = ship_file(recording);
+  Json currents = Json::object();
+  for (const CurrentPath& path : explanation.current_paths) currents[path.recording] = current_file(path.recording);
+  Json factors = Json::object();
+  for (const CoefficientFactor& by : explanation.coefficient_factors) factors[by.name] = number(by.factor);
+  Json next = Json::array();
+  for (const NextManeuver& maneuver : explanation.next)
+    next.push_back({{"maneuver", maneuver.name},
+                    {"command", "mmg-sim " + maneuver.command},
+                    {"duration_s", maneuver.duration_s},
+                    {"p_right", number(maneuver.p_right)}});
+  return {
+      {"ship_name", explanation.findings.ship},
+      {"verdict", word(explanation.verdict)},
+      {"p_value", number(explanation.p_value)},
+      {"sentence", headline(explanation)},
+      {"located", locate["located"]},
+      {"hypotheses", hypotheses},
+      {"chosen", explanation.chosen},
+      {"is_complete", explanation.is_complete},
+      {"left_p_value", number(explanation.left_p_value)},
+      {"heldout_gain_nats", number(explanation.heldout_gain)},
+      {"heldout_gain_sd_nats", number(explanation.heldout_gain_sd)},
+      {"heldout_is_given", explanation.heldout_is_given},
+      {"fit",
+       {{"train", {{"before", to_json(explanation.train.before)}, {"after", to_json(explanation.train.after)}}},
+        {"heldout", {{"before", to_json(explanation.heldout.before)}, {"after", to_json(explanation.heldout.after)}}}}},
+      {"next", {{"p_right_now", number(explanation.p_right)}, {"maneuvers", next}}},
+      {"residual_network",
+       {{"in_ship", explanation.residual_network != nullptr},
+        {"log_error_without", number(explanation.log_error_without_network)},
+        {"log_error_with", number(explanation.log_error_with_network)}}},
+      {"coefficient_factors", factors},
+      {"ship", "ship.json"},
+      {"currents", currents},
+      {"ships", ships},
+      {"parameters", to_json(explanation.parameters)},
+      {"parameters_before", locate["null_fit"]["parameters"]},
+      {"sigma_w", locate["sigma_w"]},
+      {"audit", locate["audit"]},
+      {"conventions", locate["conventions"]},
+      {"notices", explanation.notices}};
+}
+
+std::string current_file(const std::string& recording) { return "current-" + recording + ".csv"; }
+
+std::string ship_file(const std::string& recording) { return "ship-" + recording + ".json"; }
+
+Json ship_with(Json of, const Explanation& explanation, const std::string& recording) {
+  if (explanation.residual_network) of["residual_network"] = to_json(*explanation.residual_network);
+  for (const CoefficientFactor& by : explanation.coefficient_factors) {
+    Json& factors = of["coefficient_factors"];
+    if (factors.is_null()) factors = Json::object();
+    factors[by.name] = factors.value(by.name, 1.0) * by.factor;
+    factors["source"] = "estimated by gap-explain from recordings; standard deviations in its report.json";
+  }
+  const std::vector<EffectEntry>& effects =
+      recording.empty() ? explanation.effects : explanation.effects_in.at(recording);
+  if (effects.empty()) return of;
+  if (!of.contains("effects")) of["effects"] = Json::array();
+  for (const EffectEntry& entry : effects) {
+    Json effect{{"type", entry.type}};
+    for (const auto& [name, value] : entry.parameters)
+      if (!value || std::isfinite(*value)) effect[name] = value ? Json(*value) : Json(nullptr);
+    effect["source"] = "estimated by gap-explain from recordings; intervals in its report.json";
+    of["effects"].push_back(std::move(effect));
+  }
+  return of;
+}
+
+}  // namespace leeway::gap

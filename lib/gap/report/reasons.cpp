@@ -1,0 +1,82 @@
+#include "gap/report/reasons.hpp"
+
+#include <cctype>
+
+#include <fmt/format.h>
+
+namespace leeway::gap {
+namespace {
+
+std::string sentence_of(Reason reason, const TestsFound& found, const Findings& findings) {
+  const Detection& d = findings.detection;
+  const std::string simulator = findings.ensemble ? "ensemble" : "simulator";
+  const std::string rate = fmt::format("{:.3g} %", 100.0 * d.false_alarm);
+  const auto plural = [](std::size_t count) { return count > 1 ? "s" : ""; };
+  switch (reason) {
+    case Reason::not_converged:
+      return "the fit of the simulator's parameters did not converge, so nothing can be concluded from it";
+    case Reason::error_of_inputs:
+      return fmt::format(
+          "the recordings show no noise, as simulated ones, and the simulator errs by {:.1f} % of the typical "
+          "acceleration: so much comes from inputs that are known at the samples alone",
+          100.0 * found.error_share);
+    case Reason::interval:
+      return fmt::format(
+          "something acts in an interval that the {} does not know; by chance this would be seen in fewer than {} of "
+          "campaigns",
+          simulator, rate);
+    case Reason::effect:
+      return fmt::format(
+          "accelerations as of '{}' remain that {} explains, and adding them predicts what was held out better",
+          d.effects.front().name,
+          findings.ensemble ? "neither the members' spread nor random model error"
+                            : "no parameter within its uncertainty");
+    case Reason::effect_not_heldout:
+      return fmt::format(
+          "accelerations as of '{}' remain, but adding them does not predict held-out parts better; more recordings "
+          "would decide",
+          d.effects.front().name);
+    case Reason::close_to_rate:
+      return fmt::format("the evidence is close to the stated rate of false alarms ({}); more recordings would decide",
+                         rate);
+    case Reason::small_intervals:
+      return fmt::format(
+          "what acts in {} interval{} is less than a fifth of the typical acceleration: so much the form of the {}'s "
+          "forces may make",
+          found.small_intervals, plural(found.small_intervals), simulator);
+    case Reason::untrained_intervals:
+      return fmt::format(
+          "all significant mismatch lies in {} interval{} for which the ensemble was not trained; what it misses there "
+          "may be nothing but that",
+          found.untrained_intervals, plural(found.untrained_intervals));
+    case Reason::too_few_samples:
+      return fmt::format("{} measurements are too few to exclude anything; longer recordings would decide",
+                         found.samples);
+    case Reason::nothing_excited:
+      return "the recordings excite none of the effects of the catalogue; longer or livelier maneuvers would";
+    case Reason::errs_as_much:
+      return fmt::format(
+          "the {} errs by {:.0f} % of the typical acceleration, in a way that no effect of the catalogue explains",
+          simulator, 100.0 * found.error_share);
+    case Reason::not_white:
+      return fmt::format(
+          "what is left is not white noise (correlation {:.2f}), so that small effects cannot be excluded",
+          found.autocorrelation);
+    case Reason::far_parameters:
+      return "coefficients had to move far beyond what is stated, and may hide something";
+    case Reason::nothing_left:
+      return fmt::format("what remains is what {} and random model error leave",
+                         findings.ensemble ? "the members' spread" : "parameters within their uncertainty");
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string reason_text(const Decision& decision, const TestsFound& found, const Findings& findings) {
+  std::string text = sentence_of(decision.reason, found, findings);
+  text.front() = static_cast<char>(std::toupper(text.front()));
+  return text + '.';
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "gap/result/explanation.hpp"
+#include "gap/result/numbers.hpp"
+
+/// The words and numbers in which findings are reported, the same in JSON, summary and page.
+namespace leeway::gap {
+
+/// "mismatch", "no-mismatch", "undecided".
+std::string_view word(Verdict verdict);
+
+/// The cause of an interval in which an ensemble was not trained.
+inline constexpr const char* kUntrained = "untrained region";
+
+/// The verdict as one sentence.
+std::string headline(const Findings& findings);
+
+/// What was chosen, and whether it shows on what was held out, as one or two sentences.
+std::string headline(const Explanation& explanation);
+
+/// "fixed to the earth" for the frame "earth"; the name itself where it is not known.
+std::string frame_meaning(const std::string& name);
+
+}  // namespace leeway::gap

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gap/result/findings.hpp"
+#include "recording/trajectory.hpp"
+#include "ship/ship.hpp"
+
+/// What gap-explain finds: plain results, which the stages hand on and the reports write.
+namespace leeway::gap {
+
+/// One parameter of one effect or sensor fault, in the unit that its name carries.
+struct ExplainedParameter {
+  std::string effect, name;
+  std::string recording;  ///< where it differs between recordings; the first stands for their mean, without one
+  double estimate = 0.0, sd = 0.0, low = 0.0, high = 0.0;  ///< low, high: 95 % interval
+  double prior_low = 0.0, prior_high = 0.0;                ///< the same before any recording was seen; NaN: unknown
+};
+
+/// What is said of one effect or fault.
+struct Said {
+  std::string name, sentence, separating_maneuver;
+};
+
+/// A set of effects that may be what is missing, fitted to the recordings beside the ship's uncertain parameters.
+struct Explained {
+  std::string name;                  ///< "steady-current + rudder-offset"; "none"
+  std::vector<std::string> effects;  ///< none: nothing is missing
+  double probability = 0.0;          ///< among all that were fitted
+  double log_evidence = 0.0;         ///< against nothing missing [nats]
+  double heldout_gain = 0.0;         ///< sum over what was left out in turn [nats], against nothing missing
+  double heldout_gain_sd = 0.0;      ///< its standard error
+  bool converged = false;
+  std::vector<ExplainedParameter> parameters;
+  std::vector<std::string> confusable_with;   ///< names of hypotheses that the recordings do not exclude against this
+  std::vector<Said> said{};                   ///< of each effect and fault
+  std::string separating_maneuver, sentence;  ///< the same in one
+};
+
+/// How well a simulator runs free from recorded states, and how likely it makes the recordings.
+struct Score {
+  std::size_t points = 0;
+  double rmse_u_mps = kMissing, rmse_vm_mps = kMissing, rmse_r_degps = kMissing, rmse_position_m = kMissing;
+};
+struct Scores {
+  std::map<int, Score> free_runs;               ///< by their length [s]: 30, 100, 300
+  double log_likelihood_per_sample = kMissing;  ///< of the filter, parameters integrated out where they were fitted
+  std::map<int, double> coverage;               ///< share of innovations within their interval of 50, 90, 95, 99 %
+  std::map<std::string, Score> by_recording;    ///< free runs of kShownHorizon_s
+};
+inline constexpr int kShownHorizon_s = 100;
+/// Positions [m] in earth axes.
+struct FreeTrack {
+  std::string recording;
+  std::vector<double> t_s;
+  std::vector<Vec2<double>> measured, run;
+  void add(double t, const Vec2<double>& seen, const Vec2<double>& at) {
+    t_s.push_back(t);
+    measured.emplace_back(seen);
+    run.push_back(at);
+  }
+};
+struct BeforeAfter {
+  Scores before, after;
+};
+
+/// The water's velocity in one recording, in earth axes.
+struct CurrentPath {
+  std::string recording;
+  std::vector<double> t_s;
+  std::vector<Vec2<double>> velocity_mps, sd_mps;  ///< to the north (x0) and to the east (y0)
+};
+
+/// A maneuver that has not been recorded, and how well it would distinguish hypotheses.
+struct NextManeuver {
+  std::string name;         ///< "turning circles, 35 deg to both sides"
+  std::string command;      ///< of mmg-sim, without the ship
+  double duration_s = 0.0;  ///< all runs together
+  double p_right = 0.0;     ///< expected probability of the most probable hypothesis afterwards
+};
+
+struct Explanation {
+  Findings findings;
+  Verdict verdict = Verdict::undecided;
+  double p_value = 1.0;
+  std::vector<Explained> hypotheses;                   ///< most probable first; "none" is one of them
+  std::vector<std::string> chosen;                     ///< names; "unknown" where the catalogue does not hold it
+  bool is_complete = true;                             ///< whether nothing significant is left beside what was chosen
+  double left_p_value = 1.0;                           ///< of what is left then
+  std::vector<ParameterShift> parameters;              ///< of the ship, with what was chosen
+  std::vector<EffectEntry> effects;                    ///< that ship.json has more than the ship
+  std::vector<CoefficientFactor> coefficient_factors;  ///< and these, if it then follows what is left out better
+  /// By recording, where they differ: what acts there.
+  std::map<std::string, std::vector<EffectEntry>> effects_in;
+  std::vector<CurrentPath> current_paths;  ///< of a chosen current that varies, by recording
+  BeforeAfter train, heldout;
+  /// Where something is unknown: a small network on top of ship.json, if it predicts what is left out in turn better
+  /// than the ship does without; mean logarithm of the errors of free runs there.
+  std::shared_ptr<const ResidualNetwork> residual_network;
+  double log_error_without_network = kMissing, log_error_with_network = kMissing;
+  std::vector<FreeTrack> tracks_before, tracks_after;  ///< of what was held out
+  std::vector<Residual> residuals_after;               ///< what is left of the residual with what was chosen
+  bool heldout_is_given = false;                       ///< false: recordings, or blocks of a few, were left out in turn
+  double heldout_gain = 0.0, heldout_gain_sd = 0.0;    ///< of what was chosen [nats]
+  /// Where several hypotheses are possible: how certain the best is, and what would distinguish them, best first.
+  double p_right = 1.0;
+  std::vector<NextManeuver> next;
+  std::vector<std::string> notices;
+};
+
+}  // namespace leeway::gap

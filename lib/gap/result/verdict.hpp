@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+
+namespace leeway::gap {
+
+enum class Verdict { no_mismatch, mismatch, undecided };
+
+/// What the fit and the tests of gap-locate found.
+struct TestsFound {
+  bool converged = true;
+  double effects_p = 1.0,
+         intervals_p = 1.0;  ///< of the tests for effects and for intervals, before they share the rate
+  double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< of the best effect [nats]
+  double error_share = 0.0;                          ///< model error by typical acceleration, on the worst axis
+  bool is_noise_free = false;
+  std::size_t small_intervals = 0;      ///< in which too little acts to be distinguished from the form of the forces
+  std::size_t untrained_intervals = 0;  ///< in which an ensemble was not trained
+  std::size_t samples = 0;              ///< scalar measurements
+  std::size_t effects_tested = 0;
+  double autocorrelation = 0.0;  ///< largest of the innovations, in absolute value
+  double whiteness_p = 1.0;
+  std::size_t far_parameters = 0;  ///< beyond far_parameter_sd
+};
+
+/// What the comparison of hypotheses of gap-explain found.
+struct HypothesesFound {
+  bool is_named = false;            ///< whether something is claimed beside nothing missing
+  bool has_terms = false;           ///< whether terms stand for what the catalogue does not hold
+  double log_odds_of_best = 0.0;    ///< of the likeliest that may be claimed, against nothing missing [nats]
+  double log_odds_of_chosen = 0.0;  ///< of what is claimed [nats]
+  bool is_likelier = false;         ///< whether the best is stated as likelier than nothing missing
+  double left_p = 1.0;              ///< of what is left beside what is claimed
+  bool is_negligible = false;       ///< whether that is not worth a word
+  double error_share = 0.0;         ///< model error beside what is claimed, by the typical acceleration
+  double taken_share = 0.0;         ///< of the model error's energy that what is claimed takes away
+};
+
+}  // namespace leeway::gap

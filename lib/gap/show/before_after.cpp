@@ -1,0 +1,288 @@
+#include "gap/show/before_after.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "gap/compare/terms.hpp"
+#include "gap/locate/residuals.hpp"
+#include "gap/policy/policy.hpp"
+#include "gap/sensors/audit.hpp"
+#include "gap/sensors/conventions.hpp"
+#include "gap/show/free_runs.hpp"
+#include "gap/show/learned_residual.hpp"
+
+namespace leeway::gap {
+namespace {
+
+// A fit whose effects stand in the ship now.
+FittedNull with_effects_in_ship(FittedNull fit) {
+  fit.theta = without_effects(fit.theta, fit.effects);
+  fit.prior_sd = without_effects(fit.prior_sd, fit.effects);
+  fit.parameters.erase(fit.parameters.end() - 1 - fit.effects, fit.parameters.end() - 1);
+  fit.effects = 0;
+  return fit;
+}
+
+std::vector<EffectEntry> added(const Ship& with, const Ship& to) {
+  return {with.effects.begin() + static_cast<std::ptrdiff_t>(to.effects.size()), with.effects.end()};
+}
+
+// The runs of each recording, with the ship as it sails there.
+std::vector<ShipOnRuns> by_recording(const Hypothesis& hypothesis, const Eigen::VectorXd& z, const Campaign& campaign,
+                                     const std::vector<Run>& runs) {
+  if (!hypothesis.differs()) return {{hypothesis.applied_to(campaign.ship, z), runs}};
+  std::vector<ShipOnRuns> result;
+  for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
+    result.push_back({hypothesis.applied_to(campaign.ship, z, r), {}});
+    for (const Run& run : runs)
+      if (campaign.stretches[run.stretch].recording == r) result.back().runs.push_back(run);
+  }
+  return result;
+}
+
+// What theta says of the coefficients.
+std::vector<CoefficientFactor> factors_of(const FittedNull& fit, const Eigen::VectorXd& theta) {
+  std::vector<CoefficientFactor> factors;
+  for (Eigen::Index i = 0; i < theta.size() - 1 - fit.effects; ++i)
+    if (std::abs(theta[i]) > kPolicy.show.same_log_factor)
+      factors.push_back({fit.parameters[static_cast<std::size_t>(i)].name, std::exp(theta[i])});
+  return factors;
+}
+
+void add_likelihood(Scores& scores, const FittedNull& fit, const std::vector<Run>& runs) {
+  scores.log_likelihood_per_sample =
+      fit.total.log_likelihood / static_cast<double>(std::max<std::size_t>(1, fit.total.measurements));
+  scores.coverage = coverage(fit.smoothed, runs);
+}
+
+// Innovations of some runs with other parameters.
+void cover(const FittedNull& fit, const Eigen::VectorXd& theta, const std::vector<Run>& runs,
+           std::vector<Smoothed>& innovations) {
+  for (const Run& run : runs) {
+    const Smoothed there = smooth(fit.stretches[run.stretch], fit.noise, theta - fit.theta);
+    std::copy(there.innovations.begin() + static_cast<std::ptrdiff_t>(run.begin),
+              there.innovations.begin() + static_cast<std::ptrdiff_t>(run.end),
+              innovations[run.stretch].innovations.begin() + static_cast<std::ptrdiff_t>(run.begin));
+  }
+}
+
+class BeforeAfterRuns {
+ public:
+  BeforeAfterRuns(const Answered& answered, Explanation& explanation)
+      : of_(answered),
+        explanation_(explanation),
+        jobs_(answered.options.locate.jobs),
+        fit_(answered.answer.fit),
+        starts_(answered.null.smoothed),
+        z_(coordinates_of(fit_).mean),
+        with_(answered.answer.hypothesis.applied_to(answered.campaign.ship, z_)) {
+    leave_out_in_turn();
+    if (has_terms(explanation.chosen)) learn_what_is_left();
+    write_ship();
+  }
+
+  /// Of what was fitted.
+  void show_fitted() {
+    const std::vector<Run> whole = whole_runs(of_.campaign);
+    explanation_.train.before = free_runs(of_.campaign, starts_, {{of_.ship, whole}}, jobs_);
+    std::vector<ShipOnRuns> ships = by_recording(of_.answer.hypothesis, z_, of_.campaign, whole);
+    for (ShipOnRuns& one : ships) {
+      one.ship.multiply(explanation_.coefficient_factors);
+      one.ship.residual_network = with_.residual_network;
+    }
+    explanation_.train.after = free_runs(of_.campaign, starts_, ships, jobs_);
+    add_likelihood(explanation_.train.before, none(), whole);
+    add_likelihood(explanation_.train.after, fit_, whole);
+    explanation_.residuals_after = residuals(of_.campaign, fit_);
+  }
+
+  /// Of recordings that nothing was fitted to. What makes them worse is not written down: comes before show_fitted().
+  void show_given(const std::vector<Trajectory>& heldout) {
+    Campaign before = prepare(of_.ship, heldout, {of_.campaign.step_s, 0.0});
+    const FittedNull followed_before = follow(before, none(), {}, jobs_);
+    take_back_what_fails(before, followed_before.smoothed);
+    Campaign after = prepare(without_factors(with_), heldout, {of_.campaign.step_s, 0.0});
+    const FittedNull followed_after = follow(after, with_effects_in_ship(fit_), {}, jobs_);
+    const std::vector<Run> runs = whole_runs(before);
+    const std::vector<Smoothed>& starts = followed_before.smoothed;
+    explanation_.heldout.before = free_runs(before, starts, {{of_.ship, runs}}, jobs_);
+    explanation_.heldout.after = free_runs(before, starts, {{with_, runs}}, jobs_);
+    add_likelihood(explanation_.heldout.before, followed_before, runs);
+    add_likelihood(explanation_.heldout.after, followed_after, runs);
+    explanation_.tracks_before = free_tracks(before, starts, {{of_.ship, runs}});
+    explanation_.tracks_after = free_tracks(before, starts, {{with_, runs}});
+  }
+
+  /// Of each part, with what was fitted to the others.
+  void show_left_out() {
+    const std::vector<std::vector<std::size_t>>& folds = of_.comparison.folds();
+    std::vector<ShipOnRuns>& after = takes_coefficients_ ? with_coefficients_ : alone_;
+    double likelihood_before = 0.0, likelihood_after = 0.0;
+    const Evidence of_none = of_.comparison.blocks().total();
+    std::vector<Smoothed> innovations_before = none().smoothed, innovations_after = fit_.smoothed;
+    for (std::size_t f = 0; f < folds.size(); ++f) {
+      const std::vector<Run>& runs = left_out_[f];
+      cover(none(), refitted(none(), without(of_none, of_.comparison.blocks(), folds[f])), runs, innovations_before);
+      likelihood_before += of_.comparison.none().fold_evidence[f];
+      if (!learned_.network) {
+        cover(fit_, theta_of_fold_[f], runs, innovations_after);
+        likelihood_after += of_.answer.fold_evidence[f];
+        continue;
+      }
+      after[f].ship.residual_network = learned_.by_fold[f];  // what differs between recordings has none
+      Ship there = without_factors(with_);
+      there.residual_network = learned_.by_fold[f];
+      Campaign with_network = prepare(there, of_.campaign.recordings, {of_.campaign.step_s, 0.0});
+      const FittedNull followed = follow(with_network, with_effects_in_ship(fit_), {}, jobs_);
+      cover(followed, followed.theta, runs, innovations_after);
+      const Blocks of_network = blocks_of(with_network, followed, followed.noise, {0, nullptr}, jobs_);
+      for (const std::size_t block : folds[f]) likelihood_after += of_network.evidence[block].log_likelihood;
+    }
+    BeforeAfter& heldout = explanation_.heldout;
+    heldout.before = free_runs(of_.campaign, starts_, as_stated_, jobs_);
+    heldout.after = learned_.network      ? free_runs(of_.campaign, starts_, after, jobs_)
+                    : takes_coefficients_ ? of_coefficients_
+                                          : of_alone_;
+    const std::vector<Run> whole = whole_runs(of_.campaign);
+    heldout.before.coverage = coverage(innovations_before, whole);
+    heldout.after.coverage = coverage(innovations_after, whole);
+    explanation_.tracks_before = free_tracks(of_.campaign, starts_, as_stated_);
+    explanation_.tracks_after = free_tracks(of_.campaign, starts_, after);
+    const auto n = static_cast<double>(std::max<std::size_t>(1, measurements_));
+    heldout.before.log_likelihood_per_sample = likelihood_before / n;
+    heldout.after.log_likelihood_per_sample = likelihood_after / n;
+  }
+
+ private:
+  const FittedNull& none() const { return of_.comparison.none().fit; }
+
+  // A ship whose coefficients are fitted anew, or stand in theta.
+  Ship without_factors(Ship ship) const {
+    ship.coefficient_factors = of_.ship.coefficient_factors;
+    return ship;
+  }
+
+  // Ships for each part that is left out in turn, with what was fitted to the rest: the effects alone, and with the
+  // coefficients. Which of them are better goes into ship.json.
+  void leave_out_in_turn() {
+    const Blocks blocks = blocks_of(of_.campaign, fit_, fit_.noise, {0, nullptr}, jobs_);
+    const Evidence total = blocks.total();
+    measurements_ = total.measurements;
+    for (const std::vector<std::size_t>& fold : of_.comparison.folds()) {
+      const std::vector<Run>& runs = left_out_.emplace_back(runs_of(of_.campaign, blocks, fold));
+      const Eigen::VectorXd& theta = theta_of_fold_.emplace_back(refitted(fit_, without(total, blocks, fold)));
+      as_stated_.push_back({of_.ship, runs});
+      for (ShipOnRuns& one :
+           by_recording(of_.answer.hypothesis, theta.segment(theta.size() - 1 - fit_.effects, fit_.effects),
+                        of_.campaign, runs)) {
+        with_coefficients_.push_back(one);
+        with_coefficients_.back().ship.multiply(factors_of(fit_, theta));
+        alone_.push_back(std::move(one));
+      }
+    }
+    of_alone_ = free_runs(of_.campaign, starts_, alone_, jobs_);
+    of_coefficients_ = free_runs(of_.campaign, starts_, with_coefficients_, jobs_);
+    takes_coefficients_ = log_error(of_coefficients_) < log_error(of_alone_) - kPolicy.show.worthwhile_fall &&
+                          are_likelier(total) &&
+                          is_beyond_chance(of_.campaign, starts_, alone_, with_coefficients_, jobs_);
+    if (takes_coefficients_) explanation_.coefficient_factors = factors_of(fit_, fit_.theta);
+    with_.multiply(explanation_.coefficient_factors);
+  }
+
+  // Whether the recordings speak for coefficients other than those of the ship file, after what their freedom costs.
+  bool are_likelier(const Evidence& total) const {
+    Eigen::VectorXd as_stated = fit_.prior_sd;
+    as_stated.head(as_stated.size() - 1 - fit_.effects).setConstant(kPolicy.show.as_stated_log_sd);
+    return marginal(total, fit_.theta, fit_.prior_sd) >
+           marginal(total, fit_.theta, as_stated) + kPolicy.show.likelier_nats;
+  }
+
+  void learn_what_is_left() {
+    if (of_.options.locate.progress) of_.options.locate.progress(0.89, "a network for what is left");
+    if (of_.answer.hypothesis.differs())
+      learned_.problem = "what is named differs between recordings";
+    else if (of_.ship.residual_network)
+      learned_.problem = "the ship has one already";
+    else
+      learned_ = learn_residual(of_.campaign, starts_, with_, left_out_, fit_.noise, of_.options.locate.seed, jobs_);
+    if (!learned_.problem.empty())
+      explanation_.notices.push_back("no network learned what is left: " + learned_.problem);
+    if (learned_.network) explanation_.residual_network = with_.residual_network = learned_.network;
+    explanation_.log_error_without_network = learned_.log_error_without;
+    explanation_.log_error_with_network = learned_.log_error_with;
+  }
+
+  // A network and coefficients, where the given recordings get worse with them than with the ship as it was.
+  void take_back_what_fails(const Campaign& given, const std::vector<Smoothed>& starts) {
+    const auto error = [&](const Ship& ship) {
+      return log_error(free_runs(given, starts, {{ship, whole_runs(given)}}, jobs_));
+    };
+    const double before = error(of_.ship);
+    const auto rise = [&] { return error(with_) - before; };
+    const auto notice = [&](std::string_view what, double by) {
+      explanation_.notices.push_back(fmt::format(
+          "ship.json has no {}: with {} the errors of free runs over the held-out recordings grow by {:.0f} %", what,
+          what, 100.0 * std::expm1(by)));
+    };
+    if (double by = 0.0; learned_.network && (by = rise()) > 0.0) {
+      learned_.network = explanation_.residual_network = with_.residual_network = nullptr;
+      notice("network", by);
+    }
+    if (double by = 0.0; takes_coefficients_ && (by = rise()) > 0.0) {
+      takes_coefficients_ = false;
+      explanation_.coefficient_factors.clear();
+      with_ = without_factors(with_);
+      notice("coefficients fitted anew", by);
+    }
+  }
+
+  void write_ship() {
+    const Hypothesis& hypothesis = of_.answer.hypothesis;
+    explanation_.effects = added(with_, of_.campaign.ship);
+    if (!hypothesis.differs()) return;
+    for (std::size_t r = 0; r < of_.campaign.recordings.size(); ++r)
+      explanation_.effects_in[of_.campaign.recordings[r].name] =
+          added(hypothesis.applied_to(of_.campaign.ship, z_, r), of_.campaign.ship);
+  }
+
+  const Answered& of_;
+  Explanation& explanation_;
+  const std::size_t jobs_;
+  const FittedNull& fit_;
+  const std::vector<Smoothed>& starts_;
+  const Eigen::VectorXd z_;
+  Ship with_;  // as ship.json has it
+  // By part that is left out; of alone_ and with_coefficients_ one for each recording where what is named differs.
+  std::vector<Eigen::VectorXd> theta_of_fold_;
+  std::vector<std::vector<Run>> left_out_;
+  std::vector<ShipOnRuns> as_stated_, alone_, with_coefficients_;
+  Scores of_alone_, of_coefficients_;
+  bool takes_coefficients_ = false;
+  std::size_t measurements_ = 0;
+  LearnedResidual learned_;
+};
+
+}  // namespace
+
+void show_before_after(const Answered& answered, std::vector<Trajectory>& heldout, Explanation& explanation) {
+  BeforeAfterRuns runs(answered, explanation);
+  if (answered.options.locate.progress) answered.options.locate.progress(0.9, "free runs before and after");
+  explanation.heldout_gain = answered.answer.gain;
+  explanation.heldout_gain_sd = answered.answer.gain_sd;
+  explanation.heldout_is_given = !heldout.empty();
+  if (heldout.empty()) {
+    runs.show_fitted();
+    return runs.show_left_out();
+  }
+  const Findings& findings = answered.findings;
+  const FroudeScale scale(findings.L_pp);
+  if (findings.corrected)
+    for (Trajectory& recording : heldout)
+      recording = corrected(reread(recording, findings.conventions.contradicted), findings.audit.faults, scale);
+  runs.show_given(heldout);
+  runs.show_fitted();
+}
+
+}  // namespace leeway::gap

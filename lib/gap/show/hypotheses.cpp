@@ -1,0 +1,287 @@
+#include "gap/show/hypotheses.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "gap/compare/current_course.hpp"
+#include "gap/compare/selection.hpp"
+#include "gap/compare/terms.hpp"
+#include "gap/show/next_maneuver.hpp"
+
+namespace leeway::gap {
+namespace {
+
+// Intervals of 95 % reach as far as Student's with four degrees of freedom: errors on concealed cases have the median
+// of a normal distribution, but its tails (docs/gap-explain-details.md).
+constexpr double kTails = kPolicy.show.student95 / kPolicy.show.normal95;
+
+// How well a delay can be known [s]: what actuators do between samples is not.
+double timing_sd_s(const Campaign& campaign) {
+  double sample_s = 0.0;
+  for (const Stretch& stretch : campaign.stretches) sample_s = std::max(sample_s, stretch.sample_s);
+  return 2.0 * kPolicy.filter.timing_share * sample_s;
+}
+
+// Parameters of effects of one name, as a fit has them.
+class ParametersOf {
+ public:
+  ParametersOf(const Fitted& fitted, const Campaign& campaign, Explained& result)
+      : fitted_(fitted), campaign_(campaign), result_(result), z_(coordinates_of(fitted.fit)) {}
+
+  void add(const EffectSpan& span) const {
+    const FreeEffect& effect = fitted_.hypothesis.effects[span.effect];
+    const Eigen::VectorXd mean = z_.mean.segment(span.first, span.count);
+    const Eigen::MatrixXd covariance =
+        fitted_.kappa * z_.covariance.block(span.first, span.first, span.count, span.count);
+    if (search_start(effect.name()) == SearchStart::course) return add_process(span, mean, covariance);
+    if (span.effects == 1)
+      return add(effect, effect.recording() ? campaign_.recordings[*effect.recording()].name : "", mean, covariance);
+    const Eigen::Index n = effect.size();
+    const auto times = static_cast<Eigen::Index>(span.effects);
+    const Eigen::MatrixXd average =
+        Eigen::MatrixXd::Identity(n, n).replicate(1, times) / static_cast<double>(span.effects);
+    add(effect, "", average * mean, average * covariance * average.transpose());
+    for (Eigen::Index i = 0; i < times; ++i)
+      add(effect,
+          campaign_.recordings[*fitted_.hypothesis.effects[span.effect + static_cast<std::size_t>(i)].recording()].name,
+          mean.segment(i * n, n), covariance.block(i * n, i * n, n, n));
+  }
+
+ private:
+  void add(const FreeEffect& effect, const std::string& recording, const Eigen::VectorXd& at,
+           const Eigen::MatrixXd& spread) const {
+    // What was believed before any recording was seen.
+    const Eigen::Index n = effect.size();
+    const std::vector<FreeEffect::Parameter> before =
+        effect.parameters(Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Identity(n, n));
+    const Eigen::MatrixXd of_formula = effect.sd_of_formula(at).cwiseAbs2().asDiagonal();
+    const std::vector<FreeEffect::Parameter> after = effect.parameters(at, spread + of_formula);
+    const std::vector<FreeEffect::Parameter> tails = effect.parameters(at, kTails * kTails * (spread + of_formula));
+    const std::span<const EffectParameter> known = effect_named(effect.name()).parameters;
+    for (std::size_t i = 0; i < after.size(); ++i) {
+      const FreeEffect::Parameter& p = after[i];
+      ExplainedParameter one{effect.name(), p.name,        recording,     p.estimate,    p.sd,
+                             tails[i].low,  tails[i].high, before[i].low, before[i].high};
+      const bool is_response_time = std::any_of(known.begin(), known.end(), [&](const EffectParameter& of) {
+        return of.name == p.name && of.role == ParameterRole::response_time;
+      });
+      if (is_response_time) {
+        one.sd = std::hypot(p.sd, timing_sd_s(campaign_));
+        const double wider = one.sd / std::max(p.sd, kPolicy.show.least_sd);
+        one.low = std::max(0.0, p.estimate - wider * (p.estimate - one.low));
+        one.high = p.estimate + wider * (one.high - p.estimate);
+      }
+      result_.parameters.push_back(one);
+    }
+  }
+
+  void add_process(const EffectSpan& span, const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const {
+    const auto first = fitted_.hypothesis.effects.begin() + static_cast<std::ptrdiff_t>(span.effect);
+    const std::vector<FreeEffect> courses(first, first + static_cast<std::ptrdiff_t>(span.effects));
+    const auto before = current_process(campaign_.ship, {}, {}, {}),
+               after = current_process(campaign_.ship, courses, mean, covariance);
+    for (std::size_t i = 0; i < after.size(); ++i)
+      result_.parameters.push_back({first->name(), after[i].name, "", after[i].estimate, after[i].sd, after[i].low,
+                                    after[i].high, before[i].low, before[i].high});
+  }
+
+  const Fitted& fitted_;
+  const Campaign& campaign_;
+  Explained& result_;
+  const Coordinates z_;
+};
+
+Explained explained(const Fitted& fitted, const Fitted& none, const Campaign& campaign) {
+  Explained result;
+  result.name = fitted.hypothesis.name();
+  result.log_evidence = fitted.log_evidence - none.log_evidence;
+  result.heldout_gain = fitted.gain;
+  result.heldout_gain_sd = fitted.gain_sd;
+  result.converged = fitted.fit.report.converged;
+  const ParametersOf parameters(fitted, campaign, result);
+  for (const EffectSpan& span : spans_of(fitted.hypothesis)) {
+    const std::string& name = fitted.hypothesis.effects[span.effect].name();
+    const EffectInfo& info = effect_named(name).info;
+    result.effects.push_back(name);
+    result.said.push_back({name, std::string(info.sentence), std::string(info.separating_maneuver)});
+    parameters.add(span);
+  }
+  return result;
+}
+
+// Terms of the unknown are no more probable, against named effects, than that these do not act in another form.
+void limit_unknown(Explanation& explanation) {
+  double named = 0.0, unknown = 0.0;
+  for (const Explained& hypothesis : explanation.hypotheses)
+    if (!hypothesis.effects.empty()) (has_terms(hypothesis.effects) ? unknown : named) += hypothesis.probability;
+  const double both = named + unknown;
+  if (!(named > 0.0) || unknown <= (1.0 - kPolicy.show.other_form) * both) return;
+  for (Explained& hypothesis : explanation.hypotheses)
+    if (!hypothesis.effects.empty())
+      hypothesis.probability *= has_terms(hypothesis.effects) ? (1.0 - kPolicy.show.other_form) * both / unknown
+                                                              : kPolicy.show.other_form * both / named;
+}
+
+std::vector<ExplainedParameter> estimates_of(const Fault& fault) {
+  std::vector<ExplainedParameter> result;
+  for (const Estimate& e : fault.parameters)
+    result.push_back({fault.name, e.name, "", e.value, e.sd, e.value - kPolicy.show.student95 * e.sd,
+                      e.value + kPolicy.show.student95 * e.sd, kMissing, kMissing});
+  return result;
+}
+
+// What was found of sensors and conventions, as one hypothesis that the others have as well.
+struct SensorsFound {
+  Explained sensors;
+  double all_chance = 0.0;  // that one of them is none
+};
+
+SensorsFound sensors_found(const Findings& findings, Explanation& explanation) {
+  SensorsFound found;
+  Explained& sensors = found.sensors;
+  const auto add = [&](const std::string& name, Said said, double p_value) {
+    explanation.verdict = Verdict::mismatch;
+    explanation.p_value = std::min(explanation.p_value, p_value);
+    if (std::find(sensors.effects.begin(), sensors.effects.end(), name) == sensors.effects.end()) {
+      explanation.chosen.insert(explanation.chosen.begin(), name);
+      sensors.effects.insert(sensors.effects.begin(), name);
+    }
+    sensors.said.push_back(std::move(said));
+    found.all_chance = 1.0 - (1.0 - found.all_chance) * (1.0 - std::clamp(p_value, 0.0, 1.0));
+  };
+  for (const Reading& reading : findings.conventions.contradicted)
+    add("convention", {"convention", reading.sentence, ""}, 0.0);
+  for (const Fault& fault : findings.audit.faults) {
+    add(fault.name, {fault.name, fault.sentence, fault.separating_maneuver}, fault.p_value);
+    sensors.log_evidence += fault.heldout_gain;
+    sensors.heldout_gain += fault.heldout_gain;
+    sensors.heldout_gain_sd = std::hypot(sensors.heldout_gain_sd, fault.heldout_gain_sd);
+    for (const ExplainedParameter& p : estimates_of(fault)) sensors.parameters.push_back(p);
+  }
+  return found;
+}
+
+}  // namespace
+
+void report_hypotheses(Explanation& explanation, const Comparison& comparison, const Campaign& campaign,
+                       const GapExplainOptions& options) {
+  const std::vector<Fitted>& all = comparison.all();
+  for (const Fitted& fitted : all) explanation.hypotheses.push_back(explained(fitted, all.front(), campaign));
+  const std::vector<double> probabilities = comparison.probabilities();
+  for (std::size_t i = 0; i < all.size(); ++i) explanation.hypotheses[i].probability = probabilities[i];
+  limit_unknown(explanation);
+
+  std::vector<const Fitted*> possible;
+  std::vector<double> weight;
+  const double most = *std::max_element(probabilities.begin(), probabilities.end());
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (probabilities[i] > std::max(kPolicy.show.not_excluded * most, kPolicy.show.possible)) {
+      possible.push_back(&all[i]);
+      weight.push_back(probabilities[i]);
+    }
+  explanation.p_right = most;
+  if (possible.size() < 2) return;
+  if (options.locate.progress) options.locate.progress(0.88, "which maneuver would distinguish");
+  explanation.next = next_maneuvers(campaign, possible, weight, options.locate.jobs, options.locate.seed);
+}
+
+void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double p_value) {
+  const double p = std::clamp(p_value, kPolicy.compare.least_p, std::exp(-1.0)),
+               odds = -std::exp(1.0) * p * std::log(p);
+  double named = 0.0;
+  for (const Explained& hypothesis : explanation.hypotheses)
+    if (!hypothesis.effects.empty() && hypothesis.effects != beside) named += hypothesis.probability;
+  const double left = named > 0.0 ? 1.0 - kPolicy.show.other_form : 1.0;
+  for (Explained& hypothesis : explanation.hypotheses)
+    hypothesis.probability *= hypothesis.effects.empty() || hypothesis.effects == beside
+                                  ? left * odds / (1.0 + odds)
+                                  : kPolicy.show.other_form / named;
+  Explained unknown;
+  unknown.effects = beside;
+  unknown.effects.push_back(name_of_terms());
+  unknown.name = fmt::format("{}", fmt::join(unknown.effects, " + "));
+  unknown.probability = left / (1.0 + odds);
+  unknown.said = {{name_of_terms(), "Something acts that the catalogue does not hold.",
+                   "the maneuvers in which what is left is largest"}};
+  explanation.hypotheses.push_back(std::move(unknown));
+}
+
+void add_sensors(Explanation& explanation, const Findings& findings) {
+  const auto [sensors, all_chance] = sensors_found(findings, explanation);
+  if (sensors.effects.empty()) return;
+  Explained nothing = *std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
+                                    [](const Explained& hypothesis) { return hypothesis.effects.empty(); });
+  nothing.probability = all_chance;
+  for (Explained& hypothesis : explanation.hypotheses) {
+    hypothesis.probability *= 1.0 - all_chance;
+    hypothesis.said.insert(hypothesis.said.begin(), sensors.said.begin(), sensors.said.end());
+    hypothesis.effects.insert(hypothesis.effects.begin(), sensors.effects.begin(), sensors.effects.end());
+    hypothesis.name = fmt::format("{}", fmt::join(hypothesis.effects, " + "));
+    hypothesis.log_evidence += sensors.log_evidence;
+    hypothesis.heldout_gain += sensors.heldout_gain;
+    hypothesis.heldout_gain_sd = std::hypot(hypothesis.heldout_gain_sd, sensors.heldout_gain_sd);
+    hypothesis.parameters.insert(hypothesis.parameters.begin(), sensors.parameters.begin(), sensors.parameters.end());
+  }
+  explanation.hypotheses.push_back(std::move(nothing));
+}
+
+void add_rivals(Explanation& explanation, const Findings& findings) {
+  for (const Fault& fault : findings.audit.faults) {
+    std::map<std::string, const Fault*> rivals;  // the best of each name
+    for (const Fault& rival : fault.rivals)
+      if (std::exp(rival.log_odds) > kPolicy.show.possible) rivals.emplace(rival.name, &rival);
+    double largest_share = 0.0;
+    for (std::size_t h = 0, n = explanation.hypotheses.size(); h < n; ++h) {
+      const Explained with = explanation.hypotheses[h];
+      const auto has = [&](const std::string& name) {
+        return std::find(with.effects.begin(), with.effects.end(), name) != with.effects.end();
+      };
+      if (!has(fault.name) || with.probability < kPolicy.show.possible) continue;
+      double weights = 1.0;
+      for (const auto& [name, rival] : rivals)
+        if (!has(name)) weights += std::exp(std::min(rival->log_odds, 0.0));
+      explanation.hypotheses[h].probability /= weights;
+      largest_share = std::max(largest_share, 1.0 / weights);
+      for (const auto& [name, rival] : rivals) {
+        if (has(name)) continue;
+        Explained other = with;
+        other.probability *= std::exp(std::min(rival->log_odds, 0.0)) / weights;
+        std::replace(other.effects.begin(), other.effects.end(), fault.name, name);
+        other.name = fmt::format("{}", fmt::join(other.effects, " + "));
+        other.log_evidence += rival->log_odds;
+        other.heldout_gain += rival->heldout_gain - fault.heldout_gain;
+        std::erase_if(other.parameters, [&](const ExplainedParameter& p) { return p.effect == fault.name; });
+        const std::vector<ExplainedParameter> of_rival = estimates_of(*rival);
+        other.parameters.insert(other.parameters.begin(), of_rival.begin(), of_rival.end());
+        for (Said& said : other.said)
+          if (said.name == fault.name) said = {name, rival->sentence, rival->separating_maneuver};
+        explanation.hypotheses.push_back(std::move(other));
+      }
+    }
+    if (largest_share > 0.0) explanation.p_right *= largest_share;
+  }
+}
+
+void sort_hypotheses(Explanation& explanation) {
+  std::stable_sort(explanation.hypotheses.begin(), explanation.hypotheses.end(),
+                   [](const Explained& a, const Explained& b) { return a.probability > b.probability; });
+  for (Explained& hypothesis : explanation.hypotheses)
+    for (const Explained& other : explanation.hypotheses)
+      if (&other != &hypothesis &&
+          other.probability > std::max(kPolicy.show.not_excluded * hypothesis.probability, kPolicy.show.possible))
+        hypothesis.confusable_with.push_back(other.name);
+  for (Explained& hypothesis : explanation.hypotheses) {
+    std::vector<std::string> sentences, maneuvers;
+    for (const Said& said : hypothesis.said) {
+      sentences.push_back(said.sentence);
+      if (!said.separating_maneuver.empty()) maneuvers.push_back(said.separating_maneuver);
+    }
+    hypothesis.sentence = sentences.empty() ? "Nothing is missing." : fmt::format("{}", fmt::join(sentences, " "));
+    hypothesis.separating_maneuver = fmt::format("{}", fmt::join(maneuvers, "; "));
+  }
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "gap/compare/comparison.hpp"
+#include "gap/policy/options.hpp"
+#include "gap/result/explanation.hpp"
+
+/// Hypotheses as they are reported: with parameters, probabilities, sensor faults, and what would distinguish them.
+namespace leeway::gap {
+
+/// All hypotheses with their probabilities, and the maneuvers that would distinguish them.
+void report_hypotheses(Explanation& explanation, const Comparison& comparison, const Campaign& campaign,
+                       const GapExplainOptions& options);
+
+/// Something that the catalogue does not hold, beside what was chosen: as probable as its p-value lets it be. The
+/// p-value bounds the odds for nothing by -e p ln p (Sellke, Bayarri & Berger 2001, The American Statistician 55,
+/// 62-71).
+void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double p_value);
+
+/// Faults of sensors and conventions were corrected first: each hypothesis has them, but that nothing at all is wrong.
+void add_sensors(Explanation& explanation, const Findings& findings);
+
+/// Each hypothesis again with another fault in the place of one that these recordings do not distinguish from it; the
+/// probability is shared as they predict what was left out, but the fault that was corrected keeps the largest share.
+void add_rivals(Explanation& explanation, const Findings& findings);
+
+/// Most probable first, each with those that it is not distinguished from, and in words.
+void sort_hypotheses(Explanation& explanation);
+
+}  // namespace leeway::gap

@@ -1,0 +1,149 @@
+"""What the paper says of the heading controller that an ensemble judges, with networks that were trained on port navigation."""
+
+import numpy as np
+
+from claim import Claim, number
+from claims_of_data import states_of_training
+
+KEPT_DEG = 5.0  # a controller that works keeps the true ship's heading so close at the end; ours
+QUIET = {"delta_p_deg": 5.0, "delta_s_deg": 5.0, "r_degps": 0.5}  # ranges in the second half of a run whose rudders and yaw rate rest; ours
+ACCURATE = 0.1  # of the true score; ours
+INSIDE = 0.01  # share of the time; ours
+GOOD = 1.1  # times the best score: gains that suit the ship; ours
+
+
+class Sweeps:
+    """Scores of all pairs of gains: of the true ship, of single networks, of the worst of few and of many."""
+
+    def __init__(self, results):
+        self.few, self.many = results.members, results.pool
+        self.kp, self.kd, tables = results.sweep(self.few)
+        of_many = results.sweep(self.many)[2]
+        self.true = tables["score_true"]
+        self.single = tables["score_member_00"]
+        self.singles = np.array([table for name, table in of_many.items() if name.startswith("score_member_")])
+        self.of_few = np.array([table for name, table in tables.items() if name.startswith("score_member_")])
+        self.worst = {self.few: tables["score_worst"], self.many: of_many["score_worst"]}
+
+    def promised(self, tables, where=None):
+        """How much better than the ship's a model's score is, in the mean; and in which share of the pairs at all."""
+        gain = np.maximum(self.true - np.asarray(tables), 0.0)
+        gain = gain if where is None else gain[..., where]
+        return float(np.mean(gain)), float(np.mean(gain > 0.0))
+
+    def large(self):
+        """Pairs of which both gains are in the upper half."""
+        return np.outer(self.kd > np.median(self.kd), self.kp > np.median(self.kp))
+
+    def slope(self):
+        """Largest step of the true score to a neighboring pair, by the score."""
+        steps = np.zeros_like(self.true)
+        for axis in (0, 1):
+            difference = np.abs(np.diff(self.true, axis=axis))
+            before, after = ([(0, 0)] * 2 for _ in range(2))
+            before[axis], after[axis] = (1, 0), (0, 1)
+            steps = np.maximum(steps, np.maximum(np.pad(difference, before), np.pad(difference, after)))
+        return steps / self.true
+
+
+def single_network(sweeps):
+    amount, share = sweeps.promised(sweeps.singles)
+    large = sweeps.large()
+    inside, outside = (sweeps.promised(sweeps.singles, where)[0] for where in (large, ~large))
+    yield Claim("5.4 controller, 1", "A single network promises more than the ship keeps, above all where both gains are large", "pd-scores",
+                "it scores better than the ship with most pairs of gains, in the mean of all networks; by more where both gains are in their upper half (ours)",
+                f"{share:.0%} of {sweeps.true.size} pairs, by {amount:.2f} rad s in the mean of all; {inside:.2f} where both are large, else {outside:.2f}",
+                {"promises more": share > 0.5, "more where both are large": inside > outside})
+
+
+def worst_of(sweeps, section, few):
+    single, other = sweeps.promised(sweeps.singles), sweeps.promised(sweeps.worst[few])
+    yield Claim(section, f"The worst of the particles, M = {few}, promises too much less often", "pd-scores",
+                "share of the pairs of gains, and amount in the mean of all, are less than a single network's",
+                f"{single[1]:.0%} of the pairs for a single network, {other[1]:.0%} for the worst; {single[0]:.2f} and {other[0]:.2f} rad s",
+                {"share": other[1] < single[1], "amount": other[0] < single[0]} if single[1] > 0.0 else None)
+
+
+def more_members(sweeps):
+    few, many = (sweeps.promised(sweeps.worst[count]) for count in (sweeps.few, sweeps.many))
+    yield Claim("7 discussion, text", f"The worst of {sweeps.many} promises too much less often than that of {sweeps.few}", "pd-scores",
+                "share of the pairs of gains and amount are less",
+                f"{few[1]:.0%} and {many[1]:.0%} of the pairs; {few[0]:.3f} and {many[0]:.3f} rad s",
+                {"share": many[1] < few[1], "amount": many[0] < few[0]} if few[1] > 0.0 else None)
+    left = sweeps.worst[sweeps.many] < sweeps.true
+    slope = sweeps.slope()
+    there, usual = (float(np.median(slope[left])) if left.any() else float("nan"), float(np.median(slope)))
+    yield Claim("7 discussion, text", f"Even the worst of {sweeps.many} promises too much at the border where small changes of gain cost much", "pd-scores",
+                "some pairs are left, and there the ship's score changes more from pair to pair than at the median pair (ours)",
+                f"{left.sum()} pairs left" + (f"; step to a neighbor {there:.1%} of the score, median {usual:.1%}" if left.any() else ""),
+                there > usual if left.any() else None)
+
+
+class Run:
+    """The controller with both gains alike: on the true ship and on every member."""
+
+    def __init__(self, results, gain):
+        models = dict(results.runs(gain))
+        self.true, self.members, bounds = models.pop("true"), list(models.values()), states_of_training(results)
+        half = self.true["t_s"] >= self.true["t_s"][-1] / 2
+        self.ranges = {name: float(np.ptp(self.true[name][half])) for name in QUIET}
+        self.works = bool(np.abs(self.true["psi_deg"][-len(half) // 5:] - 90.0).max() <= KEPT_DEG)
+
+        def outside(run):
+            return float(np.mean(np.any([(run[name] < low) | (run[name] > high) for name, (low, high) in bounds.items()], axis=0)))
+        self.outside, self.members_outside = outside(self.true), float(np.mean([outside(run) for run in self.members]))
+        score = score_of(self.true)
+        scores = np.array([score_of(run) for run in self.members])
+        self.error = abs(float(scores.mean()) - score) / score
+        self.spread = float(np.ptp(scores)) / score
+
+    def numbers(self):
+        ranges = ", ".join(f"{name} {number(value)}" for name, value in self.ranges.items())
+        return (f"{'works' if self.works else 'does not work'}; ranges of the ship in the second half: {ranges}; beyond the states of Train-B "
+                f"{self.outside:.0%} of the ship's time, {self.members_outside:.0%} of the members'; mean score off by {self.error:.0%}, members differ by {self.spread:.0%}")
+
+
+def score_of(run):
+    """L_PD of a run as sampled."""
+    values = np.abs(np.radians(run["psi_deg"] - 90.0)) + np.abs(np.radians(run["r_degps"]))
+    return float(np.sum((values[1:] + values[:-1]) / 2 * np.diff(run["t_s"])))
+
+
+def gains_that_work(results):
+    good, bad = (Run(results, gain) for gain in (60, 90))
+    quiet = all(value <= QUIET[name] for name, value in good.ranges.items())
+    yield Claim("5.4 controller, 3", "(60, 60): where the gains work, rudders and yaw rate move little, no states beyond Train-B are reached, and the score is accurate",
+                "pd-runs", f"second half: ranges up to {QUIET['delta_p_deg']:g} deg, {QUIET['r_degps']:g} deg/s; at most {INSIDE:.0%} of the time beyond the "
+                f"extremes of Train-B; members' mean score within {ACCURATE:.0%} (ours)", good.numbers(),
+                {"rests": quiet, "within Train-B": good.outside <= INSIDE, "accurate": good.error <= ACCURATE} if good.works else None)
+    louder = all(bad.ranges[name] > good.ranges[name] for name in QUIET)
+    yield Claim("5.4 controller, 4", "(90, 90): where the gains do not work, rudders and yaw rate swing, states beyond Train-B are reached, the score is less "
+                "accurate and differs much between particles", "pd-runs", "each compared with (60, 60); put to the test where the true ship does not keep "
+                f"its heading within {KEPT_DEG:g} deg at the end, or its yaw rate swings by more than {QUIET['r_degps']:g} deg/s (ours)", bad.numbers(),
+                {"swings": louder, "leaves Train-B": bad.outside > good.outside, "less accurate": bad.error > good.error, "differs more": bad.spread > good.spread}
+                if not bad.works or bad.ranges["r_degps"] > QUIET["r_degps"] else None)
+
+
+def accuracy_of_the_worst(sweeps):
+    good = sweeps.true <= GOOD * sweeps.true.min()
+    ratio = sweeps.worst[sweeps.few] / sweeps.true
+    there, else_where = float(np.median(ratio[good])), float(np.median(ratio[~good])) if (~good).any() else float("nan")
+    yield Claim("7 discussion, 4", "Where states that suit the control are in the training data, the worst case is not much worse than the ship", "pd-scores",
+                f"median ratio of the worst particle's score to the ship's, with the pairs within {GOOD - 1:.0%} of the best: at most {GOOD:g} (ours)",
+                f"{there:.2f} with {good.sum()} pairs; {else_where:.2f} with the others", there <= GOOD)
+
+
+def chosen_gains(sweeps):
+    chosen = {"a single network": sweeps.single, **{f"the worst of {count}": table for count, table in sweeps.worst.items()}}
+    scored = {name: float(sweeps.true.flat[np.argmin(table)]) for name, table in chosen.items()}
+    by_single, *by_worst = scored.values()
+    yield Claim("not in the paper", "Gains chosen by the worst particle do better on the ship than those chosen by one network", "pd-scores", "score of the true ship",
+                "; ".join(f"by {name} {value:.2f}" for name, value in scored.items()) + f"; the ship's best {sweeps.true.min():.2f} rad s",
+                {name: value < by_single for name, value in zip(list(scored)[1:], by_worst)})
+
+
+def control(results):
+    sweeps = Sweeps(results)
+    yield from single_network(sweeps)
+    yield from worst_of(sweeps, "5.4 controller, 2", sweeps.few)
+    yield from gains_that_work(results)

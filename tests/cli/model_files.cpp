@@ -1,0 +1,88 @@
+// Model directories that were changed, damaged or left by a training that diverged.
+
+#include <filesystem>
+
+#include "ensemble.hpp"
+
+using namespace leeway;
+using namespace test;
+using Catch::Matchers::Contains;
+
+TEST_CASE("ens-predict: a model directory that was tampered with ends with 3", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  folder.write("rec.csv", "t_s,u_mps,vm_mps,r_degps\n0,1,0,0\n1,1,0,0\n");
+  const auto refused = [&](const std::string& file, const std::string& what, const std::string& with,
+                           const std::string& message) {
+    const std::string good = io::read_text(folder / "model/" + file);
+    replace(folder / "model/" + file, what, with);
+    check_refused(folder, "ens-predict model rec.csv", 3, "model/" + file + message);
+    io::write_text(folder / "model/" + file, good);
+  };
+  refused("ensemble.json", "leeway ensemble 1", "leeway ensemble 2", ": /format: expected \"leeway ensemble 1\"");
+  refused("ensemble.json", "\"seed\": 1", "\"seed\": \"one\"", ": /training/seed: expected a whole number >= 0");
+  refused("ensemble.json", "\"members\": [", "\"members\": [], \"was\": [", ": /members: expected at least one member");
+  refused("ensemble.json", "delta_p_deg", "delta_q_deg",
+          ": /training/actuators: unknown actuator column 'delta_q_deg'");
+  refused("member-00.json", "\"bias\":[", "\"bias\":[0.5,", ": does not fit the ensemble: rows of layer 0");
+  refused("member-00.json", "\"output_sd\":[\"", "\"output_sd\":[\"-", ": does not fit the ensemble: output_sd");
+  refused("member-00.json", "\"dynamics\":", "\"dynamic\":", ": not a member file of this version");
+  refused("member-00.json", "}\n", "", ":1:");
+  // What decides a prediction or a verdict, and was changed.
+  refused("ensemble.json", "\"sd\": ", "\"sd\": 1", ": /training_id: is not the SHA-256 of /training");
+  refused("ensemble.json", "\"time_step_s\": 1.0", "\"time_step_s\": 1.5", ": /training_id: is not the SHA-256");
+  refused("ensemble.json", "\"high\": ", "\"high\": 7", ": /sha256: is not that of /training_id and /domain");
+  refused("ensemble.json", "\"member-02.json\"", "\"member-12.json\"", ": /members/2: expected \"member-02.json\"");
+  refused("member-00.json", "\"member\":0", "\"member\":1", ": does not fit the ensemble: it is member 1");
+  for (const std::string number : {"\"weights\":[[", "\"bias\":[", "\"output_mean\":[\"", "\"output_sd\":[\""}) {
+    CAPTURE(number);
+    const std::string text = io::read_text(folder / "model/member-00.json");
+    const std::size_t begin = text.find(number), digit = text.find_first_of("12345678", begin + number.size());
+    const std::string before = text.substr(begin, digit - begin);
+    refused("member-00.json", before + text[digit], before + static_cast<char>(text[digit] + 1),
+            ": /sha256: is not that of weights and standardization");
+  }
+  // Keys that nobody reads.
+  refused("ensemble.json", "\"members\": [", "\"comment\": 1, \"members\": [", ": /comment: unknown key");
+  refused("ensemble.json", "\"wind\": ", "\"windy\": true, \"wind\": ", ": /training/windy: unknown key");
+  refused("ensemble.json", "\"low\": ", "\"middle\": 1, \"low\": ", ": /domain/0/middle: unknown key");
+  refused("member-00.json", "\"kernel\":", "\"colonel\":1,\"kernel\":", ": /colonel: unknown key");
+  refused("member-00.json", "\"bias\":", "\"bios\":1,\"bias\":", ": /dynamics/0/bios: unknown key");
+  refused("member-00.json", "leeway member 1", "leeway member 0", ": /format: expected \"leeway member 1\"");
+}
+
+TEST_CASE("ens-predict: members of an earlier version, which have no hash, are used with a warning", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  const std::string predict = "ens-predict model 'data/dataset.json#test' --particles 2";
+  const Outcome with = done(folder, predict);
+  done(folder, R"(sed -i 's/,"sha256":"[0-9a-f]*"//' model/member-0*.json && sed -i '/^  "sha256"/d; s/^  },$/  },/' )"
+               "model/ensemble.json && python3 -c \"import re; p = 'model/ensemble.json'; t = open(p).read(); "
+               "open(p, 'w').write(re.sub(r',\\s*}\\s*$', '}', t))\"");
+  const Outcome without = done(folder, predict);
+  CHECK(without.out == with.out);
+  CHECK_THAT(without.err, Contains("warning: members of an earlier version have no hash"));
+}
+
+TEST_CASE("ens-train: a training that diverges, be it in its last step, ends with 1 and saves nothing", "[cli][ens]") {
+  const TemporaryFolder folder;
+  write_ensemble_inputs(folder);
+  for (const std::string rate : {"1e20", "1e36", "1e39", "1e300"})
+    for (const int epochs : {1, 2}) {
+      CAPTURE(rate, epochs);
+      std::string text = config(epochs);
+      text.replace(text.find("1e-3"), 4, rate);
+      text.replace(text.find("\"batch_size\": 2"), 15, "\"batch_size\": 1000");  // one step an epoch
+      folder.write("wild.json", text);
+      std::filesystem::remove_all(folder / "model");
+      const Outcome outcome = run(folder, kTrain + "wild.json --members 2 --checkpoint-s 0 -o model");
+      CHECK((outcome.exit_code == 0 || outcome.exit_code == 1));
+      if (rate == "1e39" || rate == "1e300") CHECK(outcome.exit_code == 1);
+      if (outcome.exit_code == 1) CHECK_THAT(outcome.err, Contains("training diverged. Lower learning_rate (now 1e"));
+      for (const auto& [name, contents] : files_of(folder / "model")) {
+        CAPTURE(name);
+        if (name.starts_with("member-") && name.ends_with(".json")) CHECK(outcome.exit_code == 0);
+        CHECK(contents.find("null") == std::string::npos);
+      }
+    }
+}

@@ -1,0 +1,272 @@
+#include "gap/decide/decide.hpp"
+
+#include <functional>
+#include <string>
+
+#include <catch2/catch.hpp>
+
+using namespace leeway;
+using gap::Decision;
+using gap::Found;
+using gap::HypothesesFound;
+using gap::Reason;
+using gap::Rivals;
+using gap::Verdict;
+
+namespace {
+
+// A campaign of 4000 measurements in which nothing is seen.
+Found nothing_seen() {
+  Found found;
+  found.tests.samples = 4000;
+  found.tests.effects_tested = 20;
+  found.tests.error_share = 0.2;
+  return found;
+}
+
+// p-values of a test that is this many times the rate, once all families share it.
+double p_of(double times_rate, const Found& found) { return times_rate * found.false_alarm / gap::tests(); }
+
+// Something is named, with odds of 12 nats.
+HypothesesFound named() {
+  HypothesesFound h;
+  h.is_named = true;
+  h.log_odds_of_best = h.log_odds_of_chosen = 12.0;
+  h.is_likelier = true;
+  h.error_share = 0.3;
+  h.taken_share = 0.8;
+  return h;
+}
+
+}  // namespace
+
+TEST_CASE("decide: each reason of the tests is reached, and only by what it says", "[gap][decide]") {
+  struct Row {
+    const char* what;
+    std::function<void(Found&)> change;
+    Verdict verdict;
+    Reason reason;
+  };
+  const Row rows[] = {
+      {"nothing", [](Found&) {}, Verdict::no_mismatch, Reason::nothing_left},
+      {"no convergence", [](Found& f) { f.tests.converged = false; }, Verdict::undecided, Reason::not_converged},
+      {"no noise and a small error",
+       [](Found& f) {
+         f.tests.is_noise_free = true;
+         f.tests.error_share = 0.04;
+         f.tests.effects_p = p_of(1e-3, f);
+       },
+       Verdict::undecided, Reason::error_of_inputs},
+      {"an interval",
+       [](Found& f) {
+         f.tests.intervals_p = p_of(0.5, f);
+         f.tests.effects_p = p_of(0.6, f);
+       },
+       Verdict::mismatch, Reason::interval},
+      {"an effect that predicts better",
+       [](Found& f) {
+         f.tests.effects_p = p_of(0.5, f);
+         f.tests.heldout_gain = 2.1;
+         f.tests.heldout_gain_sd = 1.0;
+       },
+       Verdict::mismatch, Reason::effect},
+      {"an effect that predicts a little better, but is certain",
+       [](Found& f) {
+         f.tests.effects_p = p_of(0.5 * f.false_alarm, f);
+         f.tests.heldout_gain = 1.1;
+         f.tests.heldout_gain_sd = 1.0;
+       },
+       Verdict::mismatch, Reason::effect},
+      {"an effect that does not predict better",
+       [](Found& f) {
+         f.tests.effects_p = p_of(0.5, f);
+         f.tests.heldout_gain = 1.9;
+         f.tests.heldout_gain_sd = 1.0;
+       },
+       Verdict::undecided, Reason::effect_not_heldout},
+      {"close to the rate", [](Found& f) { f.tests.intervals_p = p_of(4.9, f); }, Verdict::undecided,
+       Reason::close_to_rate},
+      {"small intervals", [](Found& f) { f.tests.small_intervals = 1; }, Verdict::undecided, Reason::small_intervals},
+      {"untrained intervals", [](Found& f) { f.tests.untrained_intervals = 2; }, Verdict::undecided,
+       Reason::untrained_intervals},
+      {"few samples", [](Found& f) { f.tests.samples = 299; }, Verdict::undecided, Reason::too_few_samples},
+      {"no effect excited", [](Found& f) { f.tests.effects_tested = 0; }, Verdict::undecided, Reason::nothing_excited},
+      {"large error", [](Found& f) { f.tests.error_share = 0.71; }, Verdict::undecided, Reason::errs_as_much},
+      {"innovations that are not white",
+       [](Found& f) {
+         f.tests.autocorrelation = 0.3;
+         f.tests.whiteness_p = 1e-7;
+       },
+       Verdict::undecided, Reason::not_white},
+      {"far parameters", [](Found& f) { f.tests.far_parameters = 4; }, Verdict::undecided, Reason::far_parameters},
+      {"two far parameters and a large error",
+       [](Found& f) {
+         f.tests.far_parameters = 2;
+         f.tests.error_share = 0.6;
+       },
+       Verdict::undecided, Reason::far_parameters},
+      {"two far parameters alone", [](Found& f) { f.tests.far_parameters = 2; }, Verdict::no_mismatch,
+       Reason::nothing_left},
+  };
+  for (const Row& row : rows) {
+    CAPTURE(row.what);
+    Found found = nothing_seen();
+    row.change(found);
+    const Decision decision = gap::decide(found);
+    CHECK(decision.verdict == row.verdict);
+    CHECK(decision.reason == row.reason);
+  }
+}
+
+TEST_CASE("decide: p-values of all families share the rate, and never exceed one", "[gap][decide]") {
+  Found found = nothing_seen();
+  found.tests.effects_p = 0.004;
+  found.tests.intervals_p = 0.03;
+  CHECK(gap::decide(found).p_value == Approx(0.004 * 3.0 * 2.5).epsilon(1e-12));
+  found.tests.effects_p = 0.9;
+  found.tests.intervals_p = 0.8;
+  CHECK(gap::decide(found).p_value == 1.0);
+}
+
+TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
+  struct Row {
+    const char* what;
+    std::function<void(Found&, HypothesesFound&)> change;
+    Verdict verdict;
+    bool names, unknown, complete;
+  };
+  const auto seen = [](Found& f) { f.tests.intervals_p = p_of(1e-6, f); };  // as surely as can be
+  const Row rows[] = {
+      {"a name, nothing left", [](Found&, HypothesesFound&) {}, Verdict::mismatch, true, false, true},
+      {"a name, and something left", [](Found&, HypothesesFound& h) { h.left_p = 1e-9; }, Verdict::mismatch, true, true,
+       false},
+      {"a name, and something left that is not certain beside it", [](Found&, HypothesesFound& h) { h.left_p = 1e-6; },
+       Verdict::mismatch, true, false, false},
+      {"a name, and something negligible left",
+       [](Found&, HypothesesFound& h) {
+         h.left_p = 1e-9;
+         h.is_negligible = true;
+       },
+       Verdict::mismatch, true, false, true},
+      {"a name, and something left that is as small as errors of forms",
+       [](Found&, HypothesesFound& h) {
+         h.left_p = 1e-9;
+         h.error_share = 0.05;
+       },
+       Verdict::mismatch, true, false, false},
+      {"a weak name that takes little away, much left: unknown alone",
+       [](Found&, HypothesesFound& h) {
+         h.left_p = 1e-9;
+         h.taken_share = 0.2;
+         h.log_odds_of_chosen = 5.0;
+       },
+       Verdict::mismatch, false, true, false},
+      {"a weak name that takes little away, little left: undecided",
+       [](Found&, HypothesesFound& h) {
+         h.left_p = 1e-3;
+         h.taken_share = 0.2;
+         h.log_odds_of_chosen = 5.0;
+       },
+       Verdict::undecided, false, false, false},
+      {"terms of the unknown, and more left: said once",
+       [](Found&, HypothesesFound& h) {
+         h.left_p = 1e-9;
+         h.has_terms = true;
+       },
+       Verdict::mismatch, true, false, false},
+      {"no name, surely seen, large: unknown",
+       [&](Found& f, HypothesesFound& h) {
+         seen(f);
+         h.is_named = false;
+         h.left_p = 1e-8;
+       },
+       Verdict::mismatch, false, true, false},
+      {"no name, surely seen, but small: undecided",
+       [&](Found& f, HypothesesFound& h) {
+         seen(f);
+         h.is_named = false;
+         h.left_p = 1e-8;
+         h.error_share = 0.05;
+       },
+       Verdict::undecided, false, false, true},
+      {"no name, barely seen: undecided",
+       [](Found& f, HypothesesFound& h) {
+         f.tests.intervals_p = p_of(0.5, f);
+         h.is_named = false;
+         h.left_p = 0.005;
+       },
+       Verdict::undecided, false, false, true},
+      {"no name and nothing seen, but something likelier than nothing: undecided",
+       [](Found&, HypothesesFound& h) { h.is_named = false; }, Verdict::undecided, false, false, true},
+      {"nothing at all",
+       [](Found&, HypothesesFound& h) {
+         h.is_named = false;
+         h.is_likelier = false;
+       },
+       Verdict::no_mismatch, false, false, true},
+  };
+  for (const Row& row : rows) {
+    CAPTURE(row.what);
+    Found found = nothing_seen();
+    HypothesesFound hypotheses = named();
+    row.change(found, hypotheses);
+    found.hypotheses = hypotheses;
+    const Decision decision = gap::decide(found);
+    CHECK(decision.verdict == row.verdict);
+    CHECK(decision.claims_names == row.names);
+    CHECK(decision.claims_unknown == row.unknown);
+    CHECK(decision.is_complete == row.complete);
+  }
+}
+
+TEST_CASE("decide: a name's odds bound its p-value", "[gap][decide]") {
+  Found found = nothing_seen();
+  found.hypotheses = named();
+  CHECK(gap::decide(found).p_value == Approx(std::exp(-12.0)).epsilon(1e-12));
+}
+
+TEST_CASE("decide: thresholds come from the policy that is given", "[gap][decide]") {
+  Found found = nothing_seen();
+  found.tests.error_share = 0.8;
+  CHECK(gap::decide(found).reason == Reason::errs_as_much);
+  gap::Policy policy;
+  policy.decide.errs_as_much = 0.9;
+  CHECK(gap::decide(found, policy).reason == Reason::nothing_left);
+}
+
+TEST_CASE("decide: when one hypothesis holds against another", "[gap][decide]") {
+  struct Row {
+    const char* what;
+    Rivals rivals;
+    bool holds;
+  };
+  const double rate = 0.01;
+  const Row rows[] = {
+      {"less likely", {-0.1, true, false, true, 9.0, 1.0, 1e-9}, false},
+      {"an effect that is nothing", {9.0, false, false, true, 9.0, 1.0, 1e-9}, false},
+      {"strong odds against nothing, predicting as well", {6.0, true, false, true, -1.0, 1.0, 1.0}, true},
+      {"strong odds against nothing, predicting worse", {6.0, true, false, true, -2.1, 1.0, 1.0}, false},
+      {"strong odds against nothing, but terms alone", {6.0, true, true, true, -1.0, 1.0, 1.0}, false},
+      {"terms with strong odds need one standard error", {6.0, true, true, true, 1.1, 1.0, 1.0}, true},
+      {"strong odds against another need a gain", {6.0, true, false, false, 0.1, 1.0, 1.0}, true},
+      {"strong odds against another, no gain", {6.0, true, false, false, -0.1, 1.0, 1.0}, false},
+      {"weak odds need two standard errors", {3.0, true, false, true, 1.9, 1.0, 1.0}, false},
+      {"weak odds with two standard errors", {3.0, true, false, true, 2.1, 1.0, 1.0}, true},
+      {"weak odds, but a tiny p-value: one is enough", {3.0, true, false, true, 1.1, 1.0, 1e-5}, true},
+  };
+  for (const Row& row : rows) {
+    CAPTURE(row.what);
+    CHECK(gap::holds(row.rivals, rate) == row.holds);
+  }
+}
+
+TEST_CASE("policy: its hash changes with each value, and only then", "[gap][policy]") {
+  gap::Policy policy;
+  const std::string as_is = gap::policy_hash(policy);
+  CHECK(as_is == gap::policy_hash());
+  policy.sensors.huber += 1e-9;
+  CHECK(gap::policy_hash(policy) != as_is);
+  policy = {};
+  policy.report.points_in_all += 1;
+  CHECK(gap::policy_hash(policy) != as_is);
+}

@@ -1,0 +1,484 @@
+#include "gap/gap_explain.hpp"
+
+#include <set>
+
+#include <catch2/catch.hpp>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "core/distributions.hpp"
+#include "core/units.hpp"
+#include "dynamics/model_parts.hpp"
+#include "gap/compare/comparison.hpp"
+#include "gap/compare/current_course.hpp"
+#include "gap/compare/terms.hpp"
+#include "gap/perturbed_ship.hpp"
+#include "gap/report/explain_json.hpp"
+#include "gap/report/summary.hpp"
+#include "gap/report/words.hpp"
+#include "gap/show/free_runs.hpp"
+#include "gap/show/next_maneuver.hpp"
+#include "gap/simulated_campaign.hpp"
+
+using namespace leeway;
+using Catch::Matchers::Contains;
+
+namespace {
+
+gap::GapExplainOptions two_jobs() {
+  gap::GapExplainOptions options;
+  options.locate.jobs = 2;
+  return options;
+}
+
+EffectEntry effect(std::string type, std::vector<std::pair<std::string, std::optional<double>>> parameters) {
+  return {std::move(type), std::move(parameters), "ship.json", "/effects/0"};
+}
+
+// How far the tracks reach in a direction [m].
+double farthest_towards(double direction_deg, const std::vector<Trajectory>& tracks) {
+  const double along_x = std::cos(direction_deg * kDegree), along_y = std::sin(direction_deg * kDegree);
+  double farthest = -std::numeric_limits<double>::infinity();
+  for (const Trajectory& run : tracks)
+    for (std::size_t i = 0; i < run.size(); ++i)
+      farthest = std::max(farthest, along_x * run[Channel::x0][i] + along_y * run[Channel::y0][i]);
+  return farthest;
+}
+
+const gap::Explained& found(const gap::Explanation& explanation, const std::string& name) {
+  for (const gap::Explained& hypothesis : explanation.hypotheses)
+    if (hypothesis.name == name) return hypothesis;
+  FAIL("no hypothesis " << name);
+  throw 0;
+}
+
+}  // namespace
+
+TEST_CASE("gap-explain: a planted current is named, measured, and shown to help on other recordings", "[gap][long]") {
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 1);
+  truth.effects.push_back(effect("steady-current", {{"current_speed_mps", 0.05}, {"current_set_deg", 140.0}}));
+  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 1, 4, 200.0, 1.0, 0.5}, truth);
+  std::vector<Trajectory> heldout = test::recorded({"esso-osaka-3m", 91, 2, 200.0, 1.0, 0.5}, truth);
+  const Ship stated = read_ship("esso-osaka-3m");
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, heldout, two_jobs());
+
+  CHECK(explanation.verdict == gap::Verdict::mismatch);
+  CHECK(explanation.chosen == std::vector<std::string>{"steady-current"});
+  CHECK(explanation.hypotheses.front().name == "steady-current");
+  CHECK(explanation.hypotheses.front().probability > 0.7);  // something else may act that does not show
+  const gap::Explained& current = found(explanation, "steady-current");
+  REQUIRE(current.parameters.size() == 2);
+  CHECK(current.parameters[0].low < 0.05);
+  CHECK(current.parameters[0].high > 0.05);
+  CHECK(current.parameters[0].estimate == Approx(0.05).epsilon(0.05));
+  // As far as Student's with four degrees of freedom.
+  CHECK(current.parameters[0].high - current.parameters[0].low ==
+        Approx(2.0 * 2.776 * current.parameters[0].sd).epsilon(0.1));
+  CHECK(current.parameters[1].estimate == Approx(140.0).margin(5.0));
+  // The simulator with the current follows recordings that nothing was fitted to.
+  CHECK(explanation.heldout_is_given);
+  const gap::Scores &before = explanation.heldout.before, &after = explanation.heldout.after;
+  CHECK(after.free_runs.at(100).rmse_position_m < 0.5 * before.free_runs.at(100).rmse_position_m);
+  CHECK(after.log_likelihood_per_sample > before.log_likelihood_per_sample);
+  CHECK(explanation.heldout_gain > 2.0 * explanation.heldout_gain_sd);
+
+  // ship.json is the ship's own with one effect more, and makes a model.
+  REQUIRE(explanation.effects.size() == 1);
+  const io::Json with = gap::ship_with(io::read_json(stated.file), explanation);
+  CHECK(with["effects"].back()["type"] == "steady-current");
+  CHECK(with["effects"].back()["current_speed_mps"].get<double>() == current.parameters[0].estimate);
+
+  const std::string text = gap::summary(explanation);
+  CHECK_THAT(text, Contains("MISMATCH"));
+  CHECK_THAT(text, Contains("steady-current"));
+  CHECK_THAT(text, Contains("current_speed_mps"));
+  const io::Json json = gap::to_json(explanation);
+  CHECK(json["chosen"] == io::Json{"steady-current"});
+  CHECK(json["fit"]["heldout"]["after"]["rmse_position_m"].get<double>() == after.free_runs.at(100).rmse_position_m);
+  CHECK(json["hypotheses"][0]["parameters"]["current_set_deg"]["unit"] == "deg");
+}
+
+TEST_CASE("gap-explain: where nothing is missing nothing is chosen, and wrong coefficients alone are mended",
+          "[gap][long]") {
+  std::vector<Trajectory> none;
+  std::vector<Trajectory> recordings =
+      test::recorded({"esso-osaka-3m", 3, 4, 200.0, 1.0, 0.5}, test::perturbed_ship("esso-osaka-3m", 0.1, 9));
+  const Ship stated = read_ship("esso-osaka-3m");
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, none, two_jobs());
+  CHECK(explanation.verdict == gap::Verdict::no_mismatch);
+  CHECK(explanation.chosen.empty());
+  CHECK(explanation.effects.empty());
+  CHECK(explanation.hypotheses.front().name == "none");
+  io::Json with = gap::ship_with(io::read_json(stated.file), explanation);
+  CHECK(with.contains("coefficient_factors"));
+  with.erase("coefficient_factors");
+  CHECK(with == io::read_json(stated.file));
+  const double before = explanation.heldout.before.free_runs.at(100).rmse_position_m;
+  CHECK(explanation.heldout.after.free_runs.at(100).rmse_position_m < 0.8 * before);
+}
+
+TEST_CASE("gap-explain: coefficients with which held-out recordings get worse are not written", "[gap][long]") {
+  std::vector<Trajectory> recordings =
+      test::recorded({"esso-osaka-3m", 3, 4, 200.0, 1.0, 0.5}, test::perturbed_ship("esso-osaka-3m", 0.1, 9));
+  const Ship stated = read_ship("esso-osaka-3m");
+  std::vector<Trajectory> of_stated = test::recorded({"esso-osaka-3m", 91, 2, 200.0, 1.0, 0.5}, stated);
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, of_stated, two_jobs());
+  CHECK(explanation.coefficient_factors.empty());
+  CHECK(gap::ship_with(io::read_json(stated.file), explanation) == io::read_json(stated.file));
+  CHECK(gap::log_error(explanation.heldout.after) == gap::log_error(explanation.heldout.before));
+  CHECK_THAT(fmt::format("{}", fmt::join(explanation.notices, "\n")), Contains("no coefficients fitted anew"));
+}
+
+TEST_CASE("free runs: a simulator follows its own recordings as well as their noise lets it start", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(ship, test::recorded({"esso-osaka-3m", 5, 1, 310.0, 1.0, 0.5}, ship), {});
+  gap::FitOptions options;
+  const gap::FittedNull fit = gap::fit_null(campaign, options);
+  const std::vector<gap::Run> runs = gap::whole_runs(campaign);
+  const gap::Scores exact = gap::free_runs(campaign, fit.smoothed, {{ship, runs}}, 1);
+  CHECK(exact.free_runs.at(30).rmse_u_mps == Approx(0.01).epsilon(0.2));  // the noise of the recording
+  CHECK(exact.free_runs.at(30).rmse_r_degps == Approx(0.1).epsilon(0.25));
+  CHECK(exact.free_runs.at(100).rmse_position_m < 0.5);
+  Ship other = ship;
+  other.effects.push_back(effect("steady-current", {{"current_speed_mps", 0.1}, {"current_set_deg", 0.0}}));
+  const gap::Scores wrong = gap::free_runs(campaign, fit.smoothed, {{other, runs}}, 1);
+  CHECK(wrong.free_runs.at(100).rmse_position_m > 3.0 * exact.free_runs.at(100).rmse_position_m);
+  CHECK(wrong.by_recording.size() == 1);
+  CHECK(gap::coverage(fit.smoothed, runs).at(95) == Approx(0.95).margin(0.02));
+  CHECK(gap::coverage(fit.smoothed, runs).at(50) == Approx(0.5).margin(0.05));
+}
+
+TEST_CASE("next maneuver: the certainty to be expected of two equal alternatives is the normal distribution's",
+          "[gap]") {
+  for (const double distance : {0.0, 1.0, 2.0, 4.0, 10.0}) {
+    CAPTURE(distance);
+    Eigen::MatrixXd apart = Eigen::MatrixXd::Zero(2, 2);
+    apart(0, 1) = apart(1, 0) = distance * distance;
+    // The more probable one is right as often as noise does not carry it over the middle.
+    const double right = 0.5 * std::erfc(-0.5 * distance / std::sqrt(2.0));
+    CHECK(gap::expected_certainty(apart, {0.5, 0.5}, 1) == Approx(right).margin(0.01));
+  }
+  // Where nothing is told apart it stays as it is.
+  CHECK(gap::expected_certainty(Eigen::MatrixXd::Zero(3, 3), {0.2, 0.7, 0.1}, 1) == Approx(0.7).epsilon(1e-9));
+}
+
+TEST_CASE("next maneuver: a propeller that gives less is told from a hull that resists more by a crash stop, no zigzag",
+          "[gap][long]") {
+  Ship truth = read_ship("esso-osaka-3m");
+  truth.effects.push_back(effect("fouling", {{"resistance_increase", 0.5}}));
+  const Ship stated = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 4, 2, 200.0, 1.0, 0.5}, truth), {});
+  gap::FitOptions options;
+  options.jobs = 2;
+  gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+  std::vector<const gap::Fitted*> possible;
+  for (const char* name : {"fouling", "thrust-loss"}) comparison.add(0, comparison.starts_with(0, name, {}));
+  REQUIRE(comparison.all().size() == 3);
+  for (std::size_t i : {1, 2}) possible.push_back(&comparison.all()[i]);
+  const std::vector<gap::NextManeuver> menu = gap::next_maneuvers(campaign, possible, {0.5, 0.5}, 2, 1);
+  REQUIRE(menu.size() >= 6);
+  std::map<std::string, double> right;
+  for (const gap::NextManeuver& maneuver : menu) {
+    CHECK(maneuver.p_right >= 0.5 - 1e-9);
+    CHECK(maneuver.p_right <= 1.0);
+    right[maneuver.command] = maneuver.p_right;
+  }
+  for (const char* zigzag : {"zigzag --rudder-deg 10 --heading-deg 10", "zigzag --rudder-deg 20 --heading-deg 20"})
+    CHECK(right.at("crash-stop") > right.at(zigzag));
+}
+
+TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][slow]") {
+  std::vector<Trajectory> recordings, none;
+  const std::pair<double, double> winds[] = {{2.5, 30.0}, {1.5, 200.0}, {3.0, 300.0}, {2.0, 120.0}};
+  for (std::uint64_t i = 0; i < std::size(winds); ++i) {
+    Ship truth = test::perturbed_ship("vectwin-3m", 0.05, 7);
+    truth.effects.push_back(
+        effect("unmeasured-wind", {{"wind_speed_mps", winds[i].first}, {"wind_dir_deg", winds[i].second}}));
+    for (Trajectory& recording : test::recorded({"vectwin-3m", 20 + i, 1, 200.0, 1.0, 0.0}, truth)) {
+      recording.name = recording.file = "run" + std::to_string(i);
+      recordings.push_back(std::move(recording));
+    }
+  }
+  const gap::Explanation explanation = gap::gap_explain(read_ship("vectwin-3m"), recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"unmeasured-wind"});
+  const gap::Explained& wind = found(explanation, "unmeasured-wind");
+  REQUIRE(explanation.effects_in.size() == 4);
+  for (std::size_t i = 0; i < std::size(winds); ++i)
+    for (const gap::ExplainedParameter& p : wind.parameters)
+      if (p.recording == "run" + std::to_string(i)) {
+        CAPTURE(p.recording, p.name, p.estimate, p.sd);
+        if (p.name == "wind_speed_mps") CHECK(std::abs(p.estimate - winds[i].first) < 4.0 * p.sd + 0.1);
+        if (p.name == "wind_dir_deg")
+          CHECK(std::abs(std::remainder(p.estimate - winds[i].second, 360.0)) < 4.0 * p.sd + 5.0);
+      }
+}
+
+TEST_CASE("gap-explain: a current that varies is named, and its path is what it was", "[gap][slow]") {
+  Ship truth = read_ship("vectwin-3m");
+  truth.effects.push_back(effect("varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 200.0}, {"seed", 3.0}}));
+  std::vector<Trajectory> none, recordings = test::recorded({"vectwin-3m", 11, 3, 300.0, 1.0, 0.5}, truth);
+  const gap::Explanation explanation = gap::gap_explain(read_ship("vectwin-3m"), recordings, none, two_jobs());
+  REQUIRE(explanation.chosen == std::vector<std::string>{"varying-current"});
+  const std::vector<gap::ExplainedParameter>& process = found(explanation, "varying-current").parameters;
+  REQUIRE(process.size() == 2);
+  CHECK(process[0].name == "current_sd_mps");
+  CHECK((process[0].low < 0.05 && 0.05 < process[0].high));
+  CHECK(process[1].name == "tau_s");
+  CHECK((process[1].low < 200.0 && 200.0 < process[1].high));
+
+  REQUIRE(explanation.current_paths.size() == recordings.size());
+  const Effects<double> effects(truth);
+  for (const gap::CurrentPath& path : explanation.current_paths) {
+    double squares = 0.0;
+    for (std::size_t i = 0; i < path.t_s.size(); ++i) {
+      Situation<double> at{path.t_s[i],          Vec3<double>::Zero(), 1.0, 0.0, Vec3<double>::Zero(),
+                           Vec3<double>::Zero(), Vec2<double>::Zero()};
+      squares += (effects.water(at).velocity - path.velocity_mps[i]).squaredNorm() / 2.0;
+    }
+    CHECK(std::sqrt(squares / static_cast<double>(path.t_s.size())) < 0.015);
+  }
+  CHECK_THAT(gap::path_text(explanation.current_paths.front()), Contains("t_s,current_north_mps,current_east_mps,"));
+}
+
+TEST_CASE("current course: the process is that of the courses", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  gap::Campaign campaign;
+  campaign.ship = ship;
+  campaign.stretches.resize(1);
+  for (int k = 0; k <= 300; ++k) campaign.stretches[0].t_s.push_back(1000.0 + k);
+  const gap::FreeEffect course("varying-current", ship, gap::current_course(campaign));
+  CHECK(course.size() == 8);
+  // What is believed before: the prior's own median.
+  const auto before = gap::current_process(ship, {}, {}, {});
+  CHECK(before[0].estimate == Approx(0.04 * std::sqrt(2.0 * std::log(2.0))).epsilon(0.05));
+  CHECK(before[1].estimate == Approx(450.0).epsilon(0.05));
+  // Courses of a process with 0.05 m/s and 100 s, known to a mm/s.
+  int sd_covered = 0, tau_covered = 0;
+  for (int n = 0; n < 20; ++n) {
+    const std::vector<gap::FreeEffect> courses(3, course);
+    Eigen::VectorXd mean(24);
+    const Eigen::VectorXd unit = [&] {
+      const std::vector<double> values = course.values(Eigen::VectorXd::Ones(8));
+      return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(values.data() + 5, 8));
+    }();
+    for (int c = 0; c < 3; ++c) {
+      const Effects<double> effects([&] {
+        Ship with = ship;
+        with.effects.push_back(
+            effect("varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 100.0}, {"seed", 1.0 + 3 * n + c}}));
+        return with;
+      }());
+      Eigen::VectorXd cosines = Eigen::VectorXd::Zero(8);
+      for (int i = 0; i < 300; ++i) {
+        Situation<double> at{
+            i + 0.5, Vec3<double>::Zero(), 1.0, 0.0, Vec3<double>::Zero(), Vec3<double>::Zero(), Vec2<double>::Zero()};
+        for (int k = 0; k < 4; ++k)
+          cosines.segment<2>(2 * k) +=
+              (k == 0 ? 1.0 : 2.0) / 300.0 * std::cos(kPi * k * (i + 0.5) / 300.0) * effects.water(at).velocity;
+      }
+      mean.segment<8>(8 * c) = cosines.cwiseQuotient(unit);
+    }
+    const Eigen::MatrixXd covariance =
+        (0.001 * unit.cwiseInverse()).replicate(3, 1).cwiseAbs2().asDiagonal().toDenseMatrix();
+    const auto process = gap::current_process(ship, courses, mean, covariance);
+    sd_covered += process[0].low < 0.05 && 0.05 < process[0].high;
+    tau_covered += process[1].low < 100.0 && 100.0 < process[1].high;
+  }
+  CHECK(sd_covered >= 17);
+  CHECK(tau_covered >= 17);
+}
+
+TEST_CASE("gap-explain: a tug beside another effect is named, and known when it pulled", "[gap][slow]") {
+  std::vector<Trajectory> recordings, none;
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    Ship truth = test::perturbed_ship("vectwin-3m", 0.05, 9);
+    truth.effects.push_back(effect("rudder-offset", {{"rudder_offset_deg", 3.0}}));
+    if (i == 1)
+      truth.effects.push_back(effect(
+          "tug", {{"force_N", 1.0}, {"direction_deg", 290.0}, {"x_m", 1.2}, {"t_start_s", 71.0}, {"t_end_s", 113.0}}));
+    for (Trajectory& recording : test::recorded({"vectwin-3m", 50 + i, 1, 200.0, 1.0, 0.0}, truth)) {
+      recording.name = recording.file = "run" + std::to_string(i);
+      recordings.push_back(std::move(recording));
+    }
+  }
+  const gap::Explanation explanation = gap::gap_explain(read_ship("vectwin-3m"), recordings, none, two_jobs());
+  const std::set<std::string> chosen(explanation.chosen.begin(), explanation.chosen.end());
+  CHECK(chosen == std::set<std::string>{"rudder-offset", "tug"});
+  const auto in = explanation.effects_in.find("run1");
+  REQUIRE(in != explanation.effects_in.end());
+  for (const EffectEntry& entry : in->second)
+    for (const auto& [name, value] : entry.parameters) {
+      CAPTURE(entry.type, name, *value);
+      if (name == "force_N") CHECK(*value == Approx(1.0).epsilon(0.2));
+      if (name == "direction_deg") CHECK(*value == Approx(290.0).margin(15.0));
+      if (name == "t_start_s") CHECK(*value == Approx(71.0).margin(4.0));
+      if (name == "t_end_s") CHECK(*value == Approx(113.0).margin(4.0));
+    }
+}
+
+TEST_CASE("gap-explain: a tug in each recording is told by recording, and leaves nothing", "[gap][slow]") {
+  std::vector<Trajectory> recordings, none;
+  const double directions_deg[] = {80.0, 120.0, 80.0}, ends_s[] = {150.0, 133.0, 162.0};
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 9);
+    truth.effects.push_back(effect("tug", {{"force_N", 1.0},
+                                           {"direction_deg", directions_deg[i]},
+                                           {"x_m", 1.0},
+                                           {"t_start_s", 100.0},
+                                           {"t_end_s", ends_s[i]}}));
+    for (Trajectory& recording : test::recorded({"esso-osaka-3m", 70 + i, 1, 200.0, 1.0, 0.0}, truth)) {
+      recording.name = recording.file = "run" + std::to_string(i);
+      recordings.push_back(std::move(recording));
+    }
+  }
+  const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"tug"});
+  std::size_t told = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string run = "run" + std::to_string(i);
+    for (const gap::ExplainedParameter& p : found(explanation, "tug").parameters)
+      if (p.recording == run && p.name == "direction_deg") {
+        CAPTURE(run, p.estimate);
+        CHECK(std::abs(std::remainder(p.estimate - directions_deg[i], 360.0)) < 8.0);
+        ++told;
+      }
+    for (const EffectEntry& entry : explanation.effects_in.at(run))
+      for (const auto& [name, value] : entry.parameters) {
+        CAPTURE(run, name, *value);
+        if (name == "t_start_s") CHECK(*value == Approx(100.0).margin(2.0));
+        if (name == "t_end_s") CHECK(*value == Approx(ends_s[i]).margin(2.0));
+      }
+  }
+  CHECK(told == 3);
+}
+
+TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[gap][slow]") {
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 4);
+  const Ship stated = read_ship("esso-osaka-3m");
+  const test::SimulatedCampaign campaign{"esso-osaka-3m", 61, 3, 200.0, 1.0, 0.0};
+  // Where some hull goes farthest in a direction that is none of those that are tried, 0.3 m before that.
+  const double direction_deg = 97.0, farthest = farthest_towards(direction_deg, test::fine_truth(campaign, truth));
+  const double wall_m = farthest - 0.3;
+  truth.effects.push_back(
+      effect("fender", {{"wall_distance_m", wall_m}, {"wall_direction_deg", direction_deg}, {"stiffness_npm", 200.0}}));
+  std::vector<Trajectory> recordings = test::recorded(campaign, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"fender"});
+  for (const gap::ExplainedParameter& p : found(explanation, "fender").parameters) {
+    CAPTURE(p.name, p.estimate, p.sd);
+    if (p.name == "wall_distance_m") CHECK(p.estimate == Approx(wall_m).margin(0.1));
+    if (p.name == "wall_direction_deg") {
+      CHECK(p.estimate == Approx(direction_deg).margin(2.0));
+      CHECK(std::abs(p.estimate - direction_deg) < 8.0 * p.sd);  // the sd is not of a wall that leaves the hull
+    }
+    // A contact of a second between two samples says little: it comes out too soft.
+    if (p.name == "stiffness_npm") CHECK(p.estimate == Approx(200.0).epsilon(0.3));
+  }
+}
+
+TEST_CASE("gap-explain: a bank that is passed once is found where it is", "[gap][slow]") {
+  Ship truth = test::perturbed_ship("vectwin-3m", 0.05, 4);
+  const test::SimulatedCampaign campaign{"vectwin-3m", 61, 3, 200.0, 1.0, 0.0};
+  const double direction_deg = 32.0, farthest = farthest_towards(direction_deg, test::fine_truth(campaign, truth));
+  truth.effects.push_back(effect(
+      "bank",
+      {{"wall_distance_m", farthest + 1.0}, {"wall_direction_deg", direction_deg}, {"C_Y", 0.5}, {"C_N", 0.08}}));
+  std::vector<Trajectory> recordings = test::recorded(campaign, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(read_ship("vectwin-3m"), recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"bank"});
+  for (const gap::ExplainedParameter& p : found(explanation, "bank").parameters) {
+    CAPTURE(p.name, p.estimate, p.sd);
+    if (p.name == "wall_distance_m") CHECK(p.estimate == Approx(farthest + 1.0).margin(1.5));
+    if (p.name == "wall_direction_deg") CHECK(p.estimate == Approx(direction_deg).margin(4.0));
+  }
+}
+
+TEST_CASE("gap-explain: a mooring line is found with its anchor and its slack", "[gap][slow]") {
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 4);
+  truth.effects.push_back(effect("mooring", {{"anchor_x_m", 10.0},
+                                             {"anchor_y_m", 8.0},
+                                             {"stiffness_npm", 0.2},
+                                             {"slack_length_m", 6.0},
+                                             {"attach_x_m", 0.0},
+                                             {"attach_y_m", 0.0}}));
+  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 62, 3, 200.0, 1.0, 0.0}, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
+  CHECK(explanation.chosen == std::vector<std::string>{"mooring"});
+  for (const gap::ExplainedParameter& p : found(explanation, "mooring").parameters) {
+    CAPTURE(p.name, p.estimate, p.sd);
+    if (p.name == "anchor_x_m") CHECK(p.estimate == Approx(10.0).margin(1.0));
+    if (p.name == "anchor_y_m") CHECK(p.estimate == Approx(8.0).margin(1.0));
+    if (p.name == "slack_length_m") CHECK(p.estimate == Approx(6.0).margin(1.0));
+    if (p.name == "stiffness_npm") CHECK(p.estimate == Approx(0.2).epsilon(0.1));
+  }
+}
+
+TEST_CASE("gap-explain: a filter that a latency fits as well is not stated as one of them", "[gap][long]") {
+  test::Injected fault;
+  fault.filter_s = 0.5;
+  const Ship ship = read_ship("vectwin-3m");
+  std::vector<Trajectory> recordings = test::recorded({.seed = 41, .recordings = 3}, ship, fault), none;
+  const gap::Explanation explanation = gap::gap_explain(ship, recordings, none, two_jobs());
+  REQUIRE(explanation.chosen.size() == 1);
+  const bool is_filter = explanation.chosen.front() == "sensor-filter";
+  if (!is_filter) CHECK(explanation.chosen.front() == "velocity-latency");
+  const gap::Explained& best = explanation.hypotheses.front();
+  const std::string other = is_filter ? "velocity-latency" : "sensor-filter";
+  CHECK(best.effects == explanation.chosen);
+  CHECK(std::count(best.confusable_with.begin(), best.confusable_with.end(), other) == 1);
+  CHECK(best.separating_maneuver.find("zigzags") != std::string::npos);
+  for (const gap::Explained& hypothesis : explanation.hypotheses) {
+    if (hypothesis.name != other) continue;
+    CHECK(hypothesis.probability < best.probability);
+    CHECK(hypothesis.parameters.front().estimate == Approx(0.5).margin(0.15));
+  }
+  CHECK(explanation.p_right < 0.8);
+}
+
+TEST_CASE("comparison: a few terms stand for what the catalogue does not hold", "[gap][long]") {
+  Ship truth = read_ship("esso-osaka-3m");
+  truth.effects.push_back(effect("unknown", {{"Y_nd", 0.01}, {"X_sqrt_u", -0.004}}));
+  const Ship stated = read_ship("esso-osaka-3m");
+  gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 31, 3, 250.0, 1.0, 0.5}, truth), {});
+  gap::FitOptions options;
+  options.jobs = 2;
+  gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+  const std::vector<gap::Start> starts = gap::terms_beside(campaign, comparison.none(), 2);
+  REQUIRE(starts.size() == 1);
+  const gap::FreeEffect& terms = starts.front().hypothesis.effects.front();
+  CHECK(terms.name() == "unknown");
+  CHECK(terms.size() >= 1);
+  CHECK(terms.size() <= 3);
+  const auto with = comparison.add(0, starts);
+  REQUIRE(with);
+  CHECK(comparison.all()[*with].log_evidence > comparison.none().log_evidence + 10.0);
+  CHECK(comparison.all()[*with].gain > 2.0 * comparison.all()[*with].gain_sd);
+}
+
+TEST_CASE("gap-explain: what the catalogue does not hold is not called by the name of what is next to it",
+          "[gap][slow]") {
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 3);
+  truth.effects.push_back(effect("unknown", {{"X_sqrt_u", -0.004}}));  // a drag that a constant force nearly explains
+  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 31, 4, 250.0, 1.0, 0.5}, truth), none;
+  const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
+  CHECK(explanation.verdict == gap::Verdict::mismatch);
+  CHECK(explanation.chosen == std::vector<std::string>{"unknown"});
+  CHECK(explanation.hypotheses.front().name == "unknown");
+  CHECK(explanation.hypotheses.front().parameters.size() <= 3);
+}
+
+TEST_CASE("comparison: rudders that are later by less than the samples tell are no hypothesis", "[gap][long]") {
+  const Ship stated = read_ship("esso-osaka-3m");
+  gap::FitOptions options;
+  options.jobs = 2;
+  const auto with = [&](const Ship& truth, const std::string& name) {
+    gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 41, 2, 200.0, 1.0, 0.0}, truth), {});
+    gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+    return comparison.add(0, comparison.starts_with(0, name, {})).has_value();
+  };
+  Ship late = stated;
+  late.effects.push_back(effect("actuator-delay", {{"delay_s", 2.0}}));
+  CHECK(with(late, "actuator-delay"));
+  CHECK_FALSE(with(stated, "actuator-delay"));
+  CHECK_FALSE(with(stated, "actuator-rate"));
+}
