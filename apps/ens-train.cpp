@@ -15,7 +15,9 @@
 #include "cli/progress.hpp"
 #include "cli/training_status.hpp"
 #include "core/errors.hpp"
+#include "ensemble/base_spread.hpp"
 #include "ensemble/ensemble_training.hpp"
+#include "io/csv.hpp"
 #include "io/dataset_json.hpp"
 #include "io/files.hpp"
 #include "io/outputs.hpp"
@@ -26,7 +28,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> recordings, held_out;
-  std::string config = "model-scale", output, status, columns, base, kernel = "auto";
+  std::string config = "model-scale", output, status, columns, base, base_spread, kernel = "auto";
   int members = 0, member = -1, epochs = 0;
   bool resume = false, no_initial_state_net = false;
   double checkpoint_s = 30.0;
@@ -52,6 +54,9 @@ void add_options(CLI::App& app, Options& o) {
       fmt::format("ship whose equations of motion the networks add to, instead of learning the whole: a JSON "
                   "file or a shipped name ({})",
                   fmt::join(io::config_names("ships"), ", ")));
+  app.add_option("--base-spread", o.base_spread,
+                 "let each member learn on a ship of its own, drawn from the base's stated uncertainty times this; 0: "
+                 "all on the base itself; auto: inferred from the recordings (default: the config's)");
   app.add_option("--held-out", o.held_out, "trajectories whose loss is shown on the way; they are never trained on");
   app.add_option("--columns", o.columns, "columns map for foreign recordings: a JSON file or a shipped name");
   app.add_option("--checkpoint-s", o.checkpoint_s, "seconds between checkpoints; 0: after every optimizer step")
@@ -92,6 +97,50 @@ std::string name_of(const std::optional<ensemble::BaseRecord>& base) {
   return base ? fmt::format("'{}' ({})", base->name, base->sha256.substr(0, 8)) : "none";
 }
 
+// --base-spread in place of what the config says.
+void take_base_spread(const Options& o, ensemble::TrainingConfig& config) {
+  if (o.base_spread.empty()) return;
+  if (o.base.empty()) throw UsageError("--base-spread needs --base, the ship whose uncertainty is meant");
+  double spread = 0.0;
+  if (o.base_spread == "auto")
+    config.base_spread = std::nullopt;
+  else if (io::parse_number(o.base_spread, spread) && spread >= 0.0)
+    config.base_spread = spread;
+  else
+    throw UsageError(fmt::format("--base-spread: expected a number >= 0 or 'auto', got '{}'", o.base_spread));
+}
+
+// What the base's uncertainty is multiplied by. What an earlier process inferred from the same data stands in the
+// folder's ensemble.json, whose training_id shows that it is of this training.
+void find_base_spread(const Options& o, const std::vector<Trajectory>& recordings,
+                      const std::vector<ensemble::TrainingFile>& files, ensemble::TrainingData& data) {
+  if (!data.base) return;
+  if (data.config.base_spread) {
+    data.base_spread = *data.config.base_spread;
+  } else if (const auto existing = ensemble::read_header(o.output, true); existing && existing->base) {
+    data.base_spread = existing->base->spread;
+    if (ensemble::make_header(data, o.common.seed, files).training_id != existing->training_id) data.base_spread = 0.0;
+  }
+  if (!data.config.base_spread && data.base_spread == 0.0) {
+    const ensemble::BaseSpreadEstimate found = ensemble::infer_base_spread(data, recordings);
+    data.base_spread = found.spread;
+    spdlog::info("{}: by these recordings the base ship is {:.2g} times as wrong as it states (90 %: {:.2g} to {:.2g})",
+                 o.output, found.spread, found.low, found.high);
+    for (const CoefficientFactor& by : found.factors) spdlog::debug("likeliest {}: times {:.3f}", by.name, by.factor);
+    spdlog::debug(
+        "accelerations that no coefficient explains, per root of a second: {:.2g} m/s^2, {:.2g} m/s^2, "
+        "{:.2g} deg/s^2",
+        found.acceleration_noise(0), found.acceleration_noise(1), rad_to_deg(found.acceleration_noise(2)));
+  }
+  if (data.base_spread == 0.0) return;
+  const ShipDraws draws = ensemble::draws_of_members(data, o.common.seed);
+  int refused = 0;
+  for (int member = 0; member < data.config.members; ++member) refused += draws.draw(member).refused;
+  if (refused > 0)
+    spdlog::info("{}: {} of {} draws of the base ship made no ship (too slow, or no steady turn) and were drawn anew",
+                 o.output, refused, refused + data.config.members);
+}
+
 // A training writes and removes the files of a model directory.
 void check_outputs(const Options& o) {
   cli::Inputs inputs;
@@ -120,11 +169,12 @@ std::vector<ensemble::TrainingFile> training_files(const std::vector<Trajectory>
 
 // The folder's ensemble.json: new, or the one that this run belongs to.
 ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, const ensemble::TrainingData& data,
-                                     const std::vector<Trajectory>& recordings) {
+                                     const std::vector<Trajectory>& recordings,
+                                     std::vector<ensemble::TrainingFile> files) {
   std::vector<std::string> paths;
   for (const Trajectory& r : recordings) paths.push_back(r.file);
   if (data.base) paths.push_back(data.base->ship().file);
-  ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, training_files(recordings));
+  ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));
   io::make_directories(o.output);
   const auto existing = ensemble::read_header(o.output, true);
   const bool continues = o.resume || o.member >= 0;
@@ -166,6 +216,7 @@ int main(int argc, char** argv) try {
   if (o.members > 0) config.members = o.members;
   if (o.epochs > 0) config.epochs = o.epochs;
   if (o.no_initial_state_net) config.initial_state_net = false;
+  take_base_spread(o, config);
   if (o.epochs > 0 || o.no_initial_state_net) config.follows.clear();  // no longer what the config says it is
   if (o.member >= config.members)
     throw UsageError(fmt::format("--member {}: expected 0 to {}, one of the {} members", o.member, config.members - 1,
@@ -176,14 +227,16 @@ int main(int argc, char** argv) try {
   const auto base = o.base.empty() ? nullptr : ensemble::BaseModel::read(o.base);
 
   const std::vector<Trajectory> recordings = read_all(o.recordings, "trains on", o);
-  const ensemble::TrainingData data = ensemble::prepare_training_data(recordings, config, base);
+  const std::vector<ensemble::TrainingFile> files = training_files(recordings);
+  ensemble::TrainingData data = ensemble::prepare_training_data(recordings, config, base);
   cli::warn_all(data.notices);
+  find_base_spread(o, recordings, files, data);
   std::optional<ensemble::TrainingData> held_out;
   if (!o.held_out.empty()) {
     held_out = ensemble::prepare_held_out_data(read_all(o.held_out, "holds out", o), data);
     cli::warn_all(held_out->notices);
   }
-  const ensemble::EnsembleHeader header = open_folder(o, app, data, recordings);
+  const ensemble::EnsembleHeader header = open_folder(o, app, data, recordings, files);
 
   const cli::Interruption interruption;
   ensemble::EnsembleTraining training{o.output,

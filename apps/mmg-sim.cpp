@@ -48,6 +48,9 @@ int main(int argc, char** argv) try {
                         io::write_text(opt.output, ship_report(read_ship(opt.ship)));
                       }});
 
+  cli::DrawOptions draw_options;
+  commands.push_back(cli::add_draws_command(app, opt, draw_options));
+
   std::string effect;
   bool page = false;
   CLI::App* effects = app.add_subcommand("effects", "list the physics that can be added to a ship");

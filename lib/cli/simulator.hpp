@@ -41,6 +41,13 @@ struct Command {
 std::vector<Command> add_maneuver_commands(CLI::App& app, SimOptions& opt);
 Command add_replay_command(CLI::App& app, SimOptions& opt);
 
+/// draws: ships drawn from what a ship's file states of its coefficients.
+struct DrawOptions {
+  std::size_t count = 0;
+  double spread = 1.0;
+};
+Command add_draws_command(CLI::App& app, SimOptions& opt, DrawOptions& draws);
+
 /// --output.
 void add_output(CLI::App& sub, SimOptions& opt, const std::string& what);
 

@@ -141,7 +141,8 @@ std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& en
 
   RandomStream random(seed, "particles of the gain sweep");
   std::vector<int> drawn(members, 0);  // particles of each member
-  for (int p = 0; p < particles; ++p) ++drawn[random.below(members)];
+  for (const int m : ensemble::shared_out(static_cast<std::size_t>(particles), members, random))
+    ++drawn[static_cast<std::size_t>(m)];
 
   std::vector<SweepResult> results(gains.size());
   for (std::size_t i = 0; i < gains.size(); ++i) {

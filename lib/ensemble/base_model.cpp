@@ -5,6 +5,7 @@
 
 #include <ceres/jet.h>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
@@ -16,20 +17,12 @@ namespace {
 
 using Dual = ceres::Jet<double, 4>;
 
-template <typename T>
-StepInputs<T> hold(const Inputs<double>& in, double dt_s) {
-  const auto at = [&](double h) {
-    return Inputs<T>{in.actuators.template cast<T>(), Vec2<T>(in.true_wind.template cast<T>()), in.t_s + h};
-  };
-  return {at(0.0), at(0.5 * dt_s), at(dt_s)};
-}
-
 // Velocity after a short step in calm air, from a state that is no special case of any effect.
 Vec3<double> probe(const Model<double>& model, const Ship& ship, double t_s, const Vec3<double>& eta) {
   const double L = ship.particulars.L_pp, V = std::sqrt(kGravity_mps2 * L);
   Inputs<double> inputs{ship.initial_actuators(), Vec2<double>::Zero(), t_s};
   const ShipState<double> state{eta, Vec3<double>(0.1 * V, 0.01 * V, 0.02 * V / L)};
-  return integrate(model, state, hold<double>(inputs, 0.1 * L / V), 0.1 * L / V).nu;
+  return integrate(model, state, held_over<double>(inputs, 0.1 * L / V), 0.1 * L / V).nu;
 }
 
 }  // namespace
@@ -75,6 +68,14 @@ std::shared_ptr<const BaseModel> BaseModel::read(const std::string& name_or_path
   return std::make_shared<const BaseModel>(read_ship(path), std::move(text));
 }
 
+std::shared_ptr<const BaseModel> BaseModel::drawn(const ShipDraws& draws, int number, int& refused) const {
+  ShipDraw draw = draws.draw(number);
+  refused = draw.refused;
+  const io::Json json = draws.json(io::parse_json(text_, ship_.file), draw, number);
+  draw.ship.name = json.at("name").get<std::string>();
+  return std::make_shared<const BaseModel>(std::move(draw.ship), io::to_text(json));
+}
+
 void BaseModel::check(const Trajectory& recording) const {
   const auto refuse = [&](Channel channel, const std::string& who) {
     return InputError(recording.file, 1, "", fmt::format("no column '{}', which {} needs", column_name(channel), who));
@@ -101,7 +102,7 @@ Inputs<double> BaseModel::inputs(const Samples& samples, const std::vector<Chann
 }
 
 ShipState<double> BaseModel::step(const ShipState<double>& state, const Inputs<double>& held, double dt_s) const {
-  return integrate(model_, state, hold<double>(held, dt_s), dt_s);
+  return integrate(model_, state, held_over<double>(held, dt_s), dt_s);
 }
 
 BaseModel::MeanRates BaseModel::mean_rates(const Vec3<double>& nu, double psi, const Inputs<double>& held,
@@ -109,7 +110,7 @@ BaseModel::MeanRates BaseModel::mean_rates(const Vec3<double>& nu, double psi, c
   ShipState<Dual> state;
   for (int i = 0; i < 3; ++i) state.nu(i) = Dual(nu(i), i);
   state.eta(2) = Dual(psi, 3);
-  const ShipState<Dual> end = integrate(duals_->model, state, hold<Dual>(held, dt_s), dt_s);
+  const ShipState<Dual> end = integrate(duals_->model, state, held_over<Dual>(held, dt_s), dt_s);
   MeanRates result;
   for (int i = 0; i < 4; ++i) {
     const Dual rate = ((i < 3 ? end.nu(i) : end.eta(2)) - (i < 3 ? state.nu(i) : state.eta(2))) / dt_s;

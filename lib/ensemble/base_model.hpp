@@ -4,10 +4,20 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/ship_draws.hpp"
 #include "dynamics/simulation.hpp"
 #include "recording/samples.hpp"
 
 namespace leeway::ensemble {
+
+/// Inputs that are held over a step of the base model.
+template <typename T>
+StepInputs<T> held_over(const Inputs<double>& in, double dt_s) {
+  const auto at = [&](double h) {
+    return Inputs<T>{in.actuators.template cast<T>(), Vec2<T>(in.true_wind.template cast<T>()), in.t_s + h};
+  };
+  return {at(0.0), at(0.5 * dt_s), at(dt_s)};
+}
 
 /// A ship's equations of motion as the part of the accelerations that is known beforehand; networks learn the rest:
 ///   nu' = f(nu, psi, actuators, true wind, t) + network(its inputs)
@@ -25,6 +35,9 @@ class BaseModel {
   /// A path, or the name of a shipped ship. Throws UsageError for a pipe, which cannot be read twice, else as
   /// read_ship().
   static std::shared_ptr<const BaseModel> read(const std::string& name_or_path);
+
+  /// Draw `number` of the ship, with the JSON that belongs to it.
+  std::shared_ptr<const BaseModel> drawn(const ShipDraws& draws, int number, int& refused) const;
 
   const Ship& ship() const { return ship_; }
   const std::string& text() const { return text_; }

@@ -55,6 +55,7 @@ void check_follows_paper(const io::JsonObject& object, const TrainingConfig& c) 
       {"gradient_clip_norm", c.gradient_clip_norm == 0.0},
       {"optimizer", c.optimizer == Optimizer::adam},
       {"batch_size", c.batch_size == paper.batch_size},
+      {"base_spread", c.base_spread == paper.base_spread},
       {"integrator_predict", c.integrator_predict == paper.integrator_predict},
       {"state_resampling", c.resampling == paper.resampling},
       {"time_step_s, sigma or epochs", is_scale(1.0, 0.1, 20000) || is_scale(7.0, 0.01, 100000)}};
@@ -92,6 +93,12 @@ TrainingConfig training_config_from(const io::JsonObject& object) {
   c.batch_size = whole(object, "batch_size", c.batch_size, 1);
   c.epochs = whole(object, "epochs", c.epochs, 1);
   c.members = whole(object, "members", c.members, 1);
+  if (object.has("base_spread")) {
+    const io::Json& spread = object.value("base_spread");
+    c.base_spread = spread.is_string() && object.word("base_spread", {"auto"}) == "auto"
+                        ? std::nullopt
+                        : std::optional(object.number("base_spread", io::kNotNegative));
+  }
   c.initial_state_net = object.flag_or("initial_state_net", c.initial_state_net);
   if (const auto scale = object.object_if("pose_scale")) {
     c.pose_scale(0) = scale->number_or("x0_m", c.pose_scale(0), io::kPositive);
@@ -155,6 +162,7 @@ io::Json to_json(const TrainingConfig& c) {
       {"integrator_predict", c.integrator_predict == Integrator::rk4 ? "rk4" : "euler"},
       {"state_resampling", c.resampling == StateResampling::average ? "average" : "decimate"}};
   if (!c.follows.empty()) json["follows"] = c.follows;
+  if (c.base_spread != 0.0) json["base_spread"] = c.base_spread ? io::Json(*c.base_spread) : io::Json("auto");
   if (!c.curriculum.empty()) {
     io::Json stages = io::Json::array();
     for (const CurriculumStage& stage : c.curriculum)

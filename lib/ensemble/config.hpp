@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,9 @@ struct TrainingConfig {
   int batch_size = 32;
   int epochs = 20000;
   int members = 15;
+  /// What the stated uncertainty of a base ship is multiplied by, where members learn on draws from it; 0: all on the
+  /// ship itself; nothing: inferred from the recordings (base_spread.hpp).
+  std::optional<double> base_spread = 0.0;
   bool initial_state_net = true;
   /// Size of the initial-state network's unit output for (x0, y0 [m], psi [rad]); for velocities it is sigma.
   Vec3<double> pose_scale{0.03, 0.03, 0.1 * kDegree};

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/parallel.hpp"
+#include "io/files.hpp"
 
 namespace leeway::ensemble {
 namespace {
@@ -30,7 +31,7 @@ class MemberTraining {
  public:
   MemberTraining(const TrainingData& data, const EnsembleHeader& header, const EnsembleTraining& training,
                  const nn::Kernels<float>& kernels, const TrainingReports& reports, int number)
-      : data_(data),
+      : data_(data_of_member(data, header.seed, number)),
         header_(header),
         training_(training),
         kernels_(kernels),
@@ -51,6 +52,8 @@ class MemberTraining {
     } else {
       state = initial_training_state(data_, header_.seed, number_, kernels_);
     }
+    state->member.own_base = own_base_of(data_);
+    if (data_.has_drawn_base) io::write_text(member_ship_path(training_.folder, number_), data_.base->text());
     share_before_ = share_done(*state);
     note_progress(*state);
     owner_.report(progress_);
@@ -81,7 +84,7 @@ class MemberTraining {
     if (state.windows_done == 0) {
       if (training_.held_out != nullptr &&
           (state.epochs_done % std::max(1, epochs / kHeldOutEvaluations) == 0 || state.epochs_done == epochs))
-        progress_.held_out_loss = mean_loss(*training_.held_out, state.member, kernels_);
+        progress_.held_out_loss = mean_loss(*training_.held_out, state.member, kernels_, data_.base.get());
       reports_.progress(number_, progress_);
     }
     if (state.epochs_done == epochs) return true;
@@ -122,7 +125,7 @@ class MemberTraining {
     }
   }
 
-  const TrainingData& data_;
+  const TrainingData data_;
   const EnsembleHeader& header_;
   const EnsembleTraining& training_;
   const nn::Kernels<float>& kernels_;

@@ -84,8 +84,13 @@ Eigen::Matrix3Xd pose_rates(const Eigen::Matrix3Xd& eta, const Eigen::Matrix3Xd&
 }
 
 Ensemble::Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels,
-                   std::shared_ptr<const BaseModel> base)
-    : header_(std::move(header)), kernels_(&kernels), base_(std::move(base)), members_(std::move(members)) {
+                   std::shared_ptr<const BaseModel> base, std::vector<std::shared_ptr<const BaseModel>> own_bases)
+    : header_(std::move(header)),
+      kernels_(&kernels),
+      base_(std::move(base)),
+      own_bases_(std::move(own_bases)),
+      members_(std::move(members)) {
+  own_bases_.resize(members_.size());
   for (const Member& member : members_) prepare(member);
 }
 
@@ -102,6 +107,7 @@ Ensemble::Ensemble(const std::string& folder, int use_members, const nn::Kernels
           member_path(folder, k),
           fmt::format("is not trained yet; run ens-train with --member {} or --resume, or use --use-members", k));
     members_.push_back(read_member(folder, k, header_));
+    own_bases_.push_back(read_own_base(folder, members_.back()));
     prepare(members_.back());
   }
 }
@@ -159,8 +165,8 @@ void EnsembleEvaluator::step(int member, Integrator integrator, double dt_s,
                              const Eigen::Ref<const Eigen::Matrix2Xd>& true_wind, Eigen::Matrix3Xd& eta,
                              Eigen::Matrix3Xd& nu, const Eigen::Ref<const Eigen::RowVectorXd>& t_s) {
   std::optional<HeldBase> base;
-  if (ensemble_->base() != nullptr)
-    base.emplace(*ensemble_->base(), ensemble_->header().inputs.sampled_actuators(), actuators, true_wind, t_s);
+  if (ensemble_->base(member) != nullptr)
+    base.emplace(*ensemble_->base(member), ensemble_->header().inputs.sampled_actuators(), actuators, true_wind, t_s);
   if (base && integrator == Integrator::euler) {
     const Eigen::Matrix3Xd network = accelerations(member, eta, nu, actuators, true_wind);
     for (Eigen::Index i = 0; i < nu.cols(); ++i) {

@@ -16,11 +16,17 @@ class Ensemble {
   /// Reads ensemble.json and the first `use_members` members (0: all). Throws InputError or IoError.
   Ensemble(const std::string& folder, int use_members, const nn::Kernels<float>& kernels);
   Ensemble(EnsembleHeader header, std::vector<Member> members, const nn::Kernels<float>& kernels,
-           std::shared_ptr<const BaseModel> base = nullptr);
+           std::shared_ptr<const BaseModel> base = nullptr,
+           std::vector<std::shared_ptr<const BaseModel>> own_bases = {});
 
   const EnsembleHeader& header() const { return header_; }
   int members() const { return static_cast<int>(members_.size()); }
   const BaseModel* base() const { return base_.get(); }  ///< nullptr where there is none
+  /// That of a member: its own draw, or the one of all.
+  const BaseModel* base(int member) const {
+    const auto& own = own_bases_[static_cast<std::size_t>(member)];
+    return own ? own.get() : base_.get();
+  }
   const Member& member(int number) const { return members_[static_cast<std::size_t>(number)]; }
   const nn::Kernels<float>& kernels() const { return *kernels_; }
   /// What the user should know: members of kernels that give different bits.
@@ -35,6 +41,7 @@ class Ensemble {
   EnsembleHeader header_;
   const nn::Kernels<float>* kernels_;
   std::shared_ptr<const BaseModel> base_;
+  std::vector<std::shared_ptr<const BaseModel>> own_bases_;  ///< one for each member; nullptr: base_
   std::vector<Member> members_;
   std::vector<std::unique_ptr<RolloutConstants<float>>> constants_;
   std::vector<nn::PackedNetwork<float>> dynamics_, initial_state_;

@@ -22,9 +22,11 @@ RolloutConstants<S>::RolloutConstants(const ModelInputs& inputs, const TrainingC
   // The network's output is standardized by its own mean and deviation at initialization, then mapped to those of the
   // accelerations: one offset and one factor.
   for (std::size_t i = 0; i < 3; ++i) {
-    const double scale = inputs.accelerations[i].sd / member.output_sd[i];
+    const double mean = member.own_base ? member.own_base->acceleration_mean[i] : inputs.accelerations[i].mean;
+    const double sd = member.own_base ? member.own_base->acceleration_sd[i] : inputs.accelerations[i].sd;
+    const double scale = sd / member.output_sd[i];
     output_scale_.push_back(static_cast<S>(scale));
-    output_offset_.push_back(static_cast<S>(inputs.accelerations[i].mean - scale * member.output_mean[i]));
+    output_offset_.push_back(static_cast<S>(mean - scale * member.output_mean[i]));
   }
   for (int i = 0; i < 3; ++i) initial_state_scale_.push_back(static_cast<S>(config.pose_scale(i)));
   for (int i = 0; i < 3; ++i) initial_state_scale_.push_back(static_cast<S>(config.sigma(i)));
@@ -42,7 +44,7 @@ RolloutConstants<S>::RolloutConstants(const ModelInputs& inputs, const TrainingC
 
 template <typename S>
 void WindowBatch<S>::assign(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows,
-                            std::size_t count) {
+                            std::size_t count, const BaseModel* base) {
   Eigen::Index longest = 0;
   double points = 0.0;
   for (std::size_t b = 0; b < count; ++b) {
@@ -87,13 +89,13 @@ void WindowBatch<S>::assign(const TrainingData& data, const std::vector<Window>&
   batch_.initial_state_inputs = initial_state_.data();
   batch_.initial_state_mask = mask_.data();
   batch_.count = points;
+  base_ = base != nullptr ? base : data.base.get();
   assign_base(data, all, windows, count, K);
 }
 
 template <typename S>
 void WindowBatch<S>::assign_base(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows,
                                  std::size_t count, std::size_t points) {
-  base_ = data.base.get();
   batch_.base = {};
   if (base_ == nullptr) return;
   dt_s_ = data.config.time_step_s;

@@ -11,6 +11,12 @@
 
 namespace leeway::ensemble {
 
+/// The ship of a member that does not learn on that of the whole ensemble, but on a draw from it.
+struct OwnBase {
+  std::string sha256;                                            ///< of its JSON
+  std::array<double, 3> acceleration_mean{}, acceleration_sd{};  ///< of what it leaves over of u', v_m', r'
+};
+
 /// One trained pair of networks.
 struct Member {
   int number = 0;
@@ -19,6 +25,7 @@ struct Member {
   nn::AlignedVector<float> parameters;  ///< dynamics, then initial state
   std::array<double, 3> output_mean{};  ///< of the dynamics network over standard normal inputs at initialization
   std::array<double, 3> output_sd{};
+  std::optional<OwnBase> own_base = std::nullopt;
   std::vector<float> training_curve;  ///< mean training loss of each epoch
   bool verified = true;               ///< false where its file, of an earlier version, has no hash
 };
@@ -51,7 +58,9 @@ class WindowBatch {
   void assign(const TrainingData& data, const std::size_t* windows, std::size_t count) {
     assign(data, data.windows, windows, count);
   }
-  void assign(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows, std::size_t count);
+  ///   base  in place of that of the data; nothing: that of the data
+  void assign(const TrainingData& data, const std::vector<Window>& all, const std::size_t* windows, std::size_t count,
+              const BaseModel* base = nullptr);
   const nn::RolloutBatch<S>& view() const { return batch_; }
   double points() const { return batch_.count; }
 

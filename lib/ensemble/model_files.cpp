@@ -83,6 +83,7 @@ io::Json training_to_json(const EnsembleHeader& h) {
     io::Json of_base = io::Json::array();
     for (const Channel channel : h.inputs.base_actuators) of_base.push_back(column_name(channel));
     json["base"] = {{"ship", kBaseFile}, {"name", h.base->name}, {"sha256", h.base->sha256}, {"actuators", of_base}};
+    if (h.base->spread > 0.0) json["base"]["spread"] = h.base->spread;
   }
   return json;
 }
@@ -98,6 +99,7 @@ FloatJson deciding_part(const FloatJson& member) {
   FloatJson part;
   for (const char* key : {"training_id", "output_mean", "output_sd", "dynamics", "initial_state"})
     part[key] = member.at(key);
+  if (member.contains("base")) part["base"] = member.at("base");
   return part;
 }
 
@@ -206,11 +208,19 @@ auto checked(const std::string& path, const Read& read) {
   }
 }
 
+OwnBase own_base_from(const FloatJson& json) {
+  OwnBase own{json.at("sha256").get<std::string>(), exact_from(json.at("acceleration_mean")),
+              exact_from(json.at("acceleration_sd"))};
+  for (const double sd : own.acceleration_sd)
+    if (!(sd > 0.0)) throw std::out_of_range("acceleration_sd is not > 0");
+  return own;
+}
+
 void check_member_keys(const FloatJson& json, const std::string& path) {
   if (json.at("format").get<std::string>() != "leeway member 1")
     throw InputError(path, 0, "/format", "expected \"leeway member 1\"");
-  constexpr std::array kKeys{"format",    "training_id", "member",        "kernel",         "output_mean",
-                             "output_sd", "dynamics",    "initial_state", "training_curve", "sha256"};
+  constexpr std::array kKeys{"format",   "training_id",   "member",         "kernel", "output_mean", "output_sd",
+                             "dynamics", "initial_state", "training_curve", "sha256", "base"};
   const auto check = [&](const FloatJson& object, const std::string& pointer, auto begin, auto end) {
     for (const auto& item : object.items())
       if (std::find(begin, end, item.key()) == end)
@@ -218,10 +228,19 @@ void check_member_keys(const FloatJson& json, const std::string& path) {
                          fmt::format("unknown key; known here: {}", fmt::join(begin, end, ", ")));
   };
   check(json, "/", kKeys.begin(), kKeys.end());
+  constexpr std::array kBaseKeys{"ship", "sha256", "acceleration_mean", "acceleration_sd"};
+  if (json.contains("base")) check(json.at("base"), "/base/", kBaseKeys.begin(), kBaseKeys.end());
   constexpr std::array kLayerKeys{"weights", "bias"};
   for (const char* network : {"dynamics", "initial_state"})
     for (std::size_t l = 0; l < json.at(network).size(); ++l)
       check(json.at(network).at(l), fmt::format("/{}/{}/", network, l), kLayerKeys.begin(), kLayerKeys.end());
+}
+
+std::shared_ptr<const BaseModel> read_base_file(const std::string& path, const std::string& sha256,
+                                                const std::string& which) {
+  std::string text = io::read_text(path);
+  if (io::sha256(text) != sha256) throw InputError(path, fmt::format("is not the ship {}", which));
+  return std::make_shared<const BaseModel>(read_ship(path), std::move(text));
 }
 
 void check_training_id(const std::string& path, const std::string& found, const EnsembleHeader& header) {
@@ -233,7 +252,7 @@ void check_training_id(const std::string& path, const std::string& found, const 
 
 EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files) {
   EnsembleHeader header{data.config, data.inputs, seed, std::move(files), std::nullopt, ""};
-  if (data.base) header.base = {data.base->ship().name, data.base->sha256()};
+  if (data.base) header.base = {data.base->ship().name, data.base->sha256(), data.base_spread};
   header.training_id = hash_of(training_to_json(header));
   return header;
 }
@@ -308,7 +327,7 @@ std::optional<EnsembleHeader> read_header(const std::string& folder, bool option
   }
   if (const auto base = training.object_if("base")) {
     base->word("ship", {kBaseFile});
-    h.base = {base->text("name"), base->text("sha256")};
+    h.base = {base->text("name"), base->text("sha256"), base->number_or("spread", 0.0, io::kPositive)};
     for (const std::string& name : base->texts("actuators"))
       h.inputs.base_actuators.push_back(channel_from(*base, "actuators", name));
     base->check_all_known();
@@ -338,15 +357,22 @@ std::string base_path(const std::string& folder) { return (fs::path(folder) / kB
 
 std::shared_ptr<const BaseModel> read_base(const std::string& folder, const EnsembleHeader& header) {
   if (!header.base) return nullptr;
-  const std::string path = base_path(folder);
-  std::string text = io::read_text(path);
-  if (io::sha256(text) != header.base->sha256)
-    throw InputError(path, fmt::format("is not the ship '{}' that the members were trained with", header.base->name));
-  return std::make_shared<const BaseModel>(read_ship(path), std::move(text));
+  return read_base_file(base_path(folder), header.base->sha256,
+                        fmt::format("'{}' that the members were trained with", header.base->name));
+}
+
+std::shared_ptr<const BaseModel> read_own_base(const std::string& folder, const Member& member) {
+  if (!member.own_base) return nullptr;
+  return read_base_file(member_ship_path(folder, member.number), member.own_base->sha256,
+                        fmt::format("that member {} was trained with", member.number));
 }
 
 std::string member_path(const std::string& folder, int number) {
   return (fs::path(folder) / fmt::format("member-{:02}.json", number)).string();
+}
+
+std::string member_ship_path(const std::string& folder, int number) {
+  return (fs::path(folder) / fmt::format("member-{:02}.ship.json", number)).string();
 }
 
 std::string checkpoint_path(const std::string& folder, int number) {
@@ -372,6 +398,11 @@ void write_member(const std::string& folder, const Member& member, const Ensembl
                  {"dynamics", network_to_json(member.dynamics, member.parameters.data())},
                  {"initial_state", network_to_json(member.initial_state, member.parameters.data() + split)},
                  {"training_curve", member.training_curve}};
+  if (member.own_base)
+    json["base"] = {{"ship", fs::path(member_ship_path(folder, member.number)).filename().string()},
+                    {"sha256", member.own_base->sha256},
+                    {"acceleration_mean", exact(member.own_base->acceleration_mean)},
+                    {"acceleration_sd", exact(member.own_base->acceleration_sd)}};
   json["sha256"] = hash_of(deciding_part(json));
   io::OutputFile file(path);
   file.write(json.dump() + "\n");
@@ -398,6 +429,7 @@ Member read_member(const std::string& folder, int number, const EnsembleHeader& 
     network_from_json(json.at("dynamics"), member.dynamics, member.parameters);
     network_from_json(json.at("initial_state"), member.initial_state, member.parameters);
     member.training_curve = json.at("training_curve").get<std::vector<float>>();
+    if (header.base && header.base->spread > 0.0) member.own_base = own_base_from(json.at("base"));
     check_member_keys(json, path);
     member.verified = json.contains("sha256");
     if (member.verified && json.at("sha256").get<std::string>() != hash_of(deciding_part(json)))

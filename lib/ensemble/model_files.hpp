@@ -14,6 +14,7 @@ namespace leeway::ensemble {
 /// The base model of an ensemble; its ship lies beside ensemble.json.
 struct BaseRecord {
   std::string name, sha256;  ///< of the ship, and of its file
+  double spread = 0.0;       ///< of the members' own ships: TrainingData::base_spread
 
   friend bool operator==(const BaseRecord&, const BaseRecord&) = default;
 };
@@ -46,9 +47,12 @@ std::string base_path(const std::string& folder);
 /// The base model of the ensemble in the folder, or nothing. Throws InputError where the file is not the one that the
 /// members were trained with.
 std::shared_ptr<const BaseModel> read_base(const std::string& folder, const EnsembleHeader& header);
+/// The member's own ship, or nothing. Throws as read_base().
+std::shared_ptr<const BaseModel> read_own_base(const std::string& folder, const Member& member);
 
-/// <folder>/member-NN.json and its checkpoint.
+/// <folder>/member-NN.json, the ship that the member learned on where it has one of its own, and its checkpoint.
 std::string member_path(const std::string& folder, int number);
+std::string member_ship_path(const std::string& folder, int number);
 std::string checkpoint_path(const std::string& folder, int number);
 
 ///   before_rename  as for io::OutputFile::commit()

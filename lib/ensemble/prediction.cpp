@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -58,7 +59,7 @@ class Particles {
  public:
   Particles(const SequenceTask& task, const Ensemble& ensemble, const PredictionOptions& options)
       : task_(&task),
-        members_(static_cast<std::uint64_t>(ensemble.members())),
+        members_(static_cast<std::size_t>(ensemble.members())),
         random_(options.seed, "members of particles of " + task.samples->recording, task.sequence),
         particles_(static_cast<std::size_t>(options.particles)) {
     prediction.eta.emplace_back(task.samples->eta.col(task.range.begin));
@@ -72,10 +73,7 @@ class Particles {
   Eigen::Index steps() const { return task_->range.size - 1; }
 
   // Each particle draws the member that moves it from now on.
-  void draw() {
-    member_.resize(particles_);
-    for (int& m : member_) m = static_cast<int>(random_.below(members_));
-  }
+  void draw() { member_ = shared_out(particles_, members_, random_); }
 
   // Makes room for the next point. Particles that share state and member are one column of it, sorted by member;
   // returns these pairs (member, state).
@@ -121,7 +119,7 @@ class Particles {
 
  private:
   const SequenceTask* task_;
-  std::uint64_t members_;
+  std::size_t members_;
   RandomStream random_;
   std::size_t particles_;
   std::vector<int> member_;
@@ -200,6 +198,16 @@ void propagate_step(std::vector<Columns>& columns, std::vector<Particles>& seque
 }
 
 }  // namespace
+
+std::vector<int> shared_out(std::size_t particles, std::size_t members, RandomStream& random) {
+  std::vector<int> order(members);
+  std::iota(order.begin(), order.end(), 0);
+  random.shuffle(order);  // who gets one more
+  std::vector<int> member(particles);
+  for (std::size_t p = 0; p < particles; ++p) member[p] = order[p % members];
+  random.shuffle(member);
+  return member;
+}
 
 std::vector<SequencePrediction> predict_sequences(EnsembleEvaluator& evaluator, const Ensemble& ensemble,
                                                   std::span<const SequenceTask> tasks,

@@ -4,13 +4,14 @@
 #include <span>
 #include <vector>
 
+#include "core/random.hpp"
 #include "ensemble/evaluator.hpp"
 
 namespace leeway::ensemble {
 
 enum class Sampling {
   ts_infinity,  ///< a particle keeps its member
-  ts1           ///< each particle draws a member at every step
+  ts1           ///< each particle draws a member at every step; at each, the members share them evenly
 };
 
 struct PredictionOptions {
@@ -36,6 +37,10 @@ struct SequenceTask {
   Range range;
   std::size_t sequence;  ///< number within the recording
 };
+
+/// A member for each particle: every member gets as many as any other, or one more, in an order that is drawn. Drawn
+/// with replacement, 100 particles of 24 members would vary as those of 20.
+std::vector<int> shared_out(std::size_t particles, std::size_t members, RandomStream& random);
 
 /// Propagates particles through sequences from their recorded states at the first points. A member is evaluated for all
 /// sequences together: TS-infinity by member through time, TS1 by member at each step. The result for a sequence does

@@ -44,6 +44,16 @@ NumericalError diverged(const Member& member, int epoch, const TrainingConfig& c
 
 }  // namespace
 
+std::optional<OwnBase> own_base_of(const TrainingData& data) {
+  if (!data.has_drawn_base) return std::nullopt;
+  OwnBase own{data.base->sha256(), {}, {}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    own.acceleration_mean[i] = data.inputs.accelerations[i].mean;
+    own.acceleration_sd[i] = data.inputs.accelerations[i].sd;
+  }
+  return own;
+}
+
 TrainingState initial_training_state(const TrainingData& data, std::uint64_t seed, int number,
                                      const nn::Kernels<float>& kernels) {
   TrainingState state;
@@ -52,6 +62,7 @@ TrainingState initial_training_state(const TrainingData& data, std::uint64_t see
   member.kernel = kernels.name;
   member.dynamics = dynamics_shape(data.inputs, data.config);
   member.initial_state = initial_state_shape(data.inputs, data.config);
+  member.own_base = own_base_of(data);
   const auto index = static_cast<std::uint64_t>(number);
   RandomStream weights(seed, "initial weights", index), start(seed, "initial-state weights", index);
   member.parameters = nn::initial_parameters(member.dynamics, weights);
@@ -129,7 +140,8 @@ bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
   return true;
 }
 
-double mean_loss(const TrainingData& data, const Member& member, const nn::Kernels<float>& kernels) {
+double mean_loss(const TrainingData& data, const Member& member, const nn::Kernels<float>& kernels,
+                 const BaseModel* base) {
   const RolloutConstants<float> constants(data.inputs, data.config, member);
   const nn::KernelWorkspace<float> workspace(kernels);
   WindowBatch<float> batch;
@@ -139,7 +151,7 @@ double mean_loss(const TrainingData& data, const Member& member, const nn::Kerne
   const std::size_t batch_size = static_cast<std::size_t>(data.config.batch_size);
   double sum = 0.0, points = 0.0;
   for (std::size_t begin = 0; begin < windows.size(); begin += batch_size) {
-    batch.assign(data, windows.data() + begin, std::min(batch_size, windows.size() - begin));
+    batch.assign(data, data.windows, windows.data() + begin, std::min(batch_size, windows.size() - begin), base);
     sum += batch.points() * kernels.loss_and_gradient(workspace.get(), constants.view(), batch.view(),
                                                       member.parameters.data(), gradient.data());
     points += batch.points();

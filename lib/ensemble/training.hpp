@@ -22,6 +22,10 @@ struct TrainingState {
   nn::AlignedVector<float> muon_momentum;  ///< empty without Muon
 };
 
+/// What a member keeps of the ship that it learns on: nothing where that is the ship of the whole ensemble.
+///   data  as the member sees them
+std::optional<OwnBase> own_base_of(const TrainingData& data);
+
 /// A member before its first step: weights, moments, and the standardization of its outputs over 10,000 standard
 /// normal inputs.
 TrainingState initial_training_state(const TrainingData& data, std::uint64_t seed, int number,
@@ -37,6 +41,8 @@ bool train(const TrainingData& data, std::uint64_t seed, const nn::Kernels<float
            const std::function<bool(const TrainingState&)>& after_step);
 
 /// The loss of a member over all windows of data that need not be those it was trained on.
-double mean_loss(const TrainingData& data, const Member& member, const nn::Kernels<float>& kernels);
+///   base  its own ship, in place of that of the data; nothing: that of the data
+double mean_loss(const TrainingData& data, const Member& member, const nn::Kernels<float>& kernels,
+                 const BaseModel* base = nullptr);
 
 }  // namespace leeway::ensemble

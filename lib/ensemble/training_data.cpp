@@ -297,6 +297,22 @@ TrainingData prepare_training_data(std::vector<Trajectory> recordings, const Tra
   return data;
 }
 
+ShipDraws draws_of_members(const TrainingData& data, std::uint64_t seed) {
+  double fastest = 0.0;
+  for (const Samples& s : data.stretches) fastest = std::max(fastest, s.nu.row(0).maxCoeff());
+  return {data.base->ship(), data.base_spread, seed, fastest};
+}
+
+TrainingData data_of_member(const TrainingData& data, std::uint64_t seed, int number) {
+  TrainingData own = data;
+  if (data.base == nullptr || data.base_spread == 0.0) return own;
+  int refused = 0;
+  own.base = data.base->drawn(draws_of_members(data, seed), number, refused);
+  own.has_drawn_base = true;
+  find_residuals(own);
+  return own;
+}
+
 TrainingData prepare_held_out_data(std::vector<Trajectory> recordings, const TrainingData& training) {
   TrainingData data;
   data.config = training.config;

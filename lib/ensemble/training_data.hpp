@@ -62,6 +62,10 @@ struct TrainingData {
   std::vector<std::vector<Window>> curriculum;  ///< of each stage of config.curriculum
   std::vector<std::string> notices;             ///< what the user should know: columns left out, files too short
   std::shared_ptr<const BaseModel> base = nullptr;
+  /// What the base ship's stated uncertainty is multiplied by where members learn on draws from it; 0: all learn on the
+  /// base ship itself.
+  double base_spread = 0.0;
+  bool has_drawn_base = false;  ///< `base` is a member's own
 
   /// The windows that an epoch (from 0) is trained on.
   const std::vector<Window>& windows_of_epoch(int epoch) const;
@@ -73,6 +77,11 @@ struct TrainingData {
 ///   base  nothing: the networks learn the whole accelerations
 TrainingData prepare_training_data(std::vector<Trajectory> recordings, const TrainingConfig& config,
                                    std::shared_ptr<const BaseModel> base = nullptr);
+
+/// The data as a member sees them: on its own draw of the base ship, where base_spread is not zero.
+TrainingData data_of_member(const TrainingData& data, std::uint64_t seed, int number);
+/// The draws that members learn on.
+ShipDraws draws_of_members(const TrainingData& data, std::uint64_t seed);
 
 /// Other recordings as the members of a training see them: its inputs, its standardization, its base. For evaluation.
 /// Throws InputError where one lacks a column that the training has, or none holds two points of the time grid.

@@ -80,6 +80,33 @@ PartSource source_of(const std::string& part, const JsonObject& json) {
   return {part, json.text_or("type", ""), source};
 }
 
+// {"names": [...], "matrix": [[...]]}, and a source.
+Ship::JointUncertainty read_joint_uncertainty(const JsonObject& json) {
+  json.text_or("source", "");
+  Ship::JointUncertainty joint{json.texts("names"), {}};
+  const auto n = static_cast<Eigen::Index>(joint.names.size());
+  for (std::size_t i = 0; i < joint.names.size(); ++i)
+    if (std::count(joint.names.begin(), joint.names.begin() + static_cast<std::ptrdiff_t>(i), joint.names[i]) > 0)
+      json.fail(fmt::format("names/{}", i), fmt::format("'{}' stands twice", joint.names[i]));
+  const io::Json& rows = json.value("matrix");
+  if (n == 0 || !rows.is_array() || static_cast<Eigen::Index>(rows.size()) != n)
+    json.fail("matrix", fmt::format("expected a row for each of the {} names, and at least one", n));
+  joint.matrix.resize(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const io::Json row{{"row", rows[static_cast<std::size_t>(i)]}};
+    const std::vector<double> numbers =
+        JsonObject(row, json.file(), json.pointer(fmt::format("matrix/{}", i))).numbers("row", joint.names.size());
+    for (Eigen::Index j = 0; j < n; ++j) joint.matrix(i, j) = numbers[static_cast<std::size_t>(j)];
+  }
+  const double scale = joint.matrix.cwiseAbs().maxCoeff();
+  if (!(joint.matrix.diagonal().minCoeff() > 0.0)) json.fail("matrix", "expected variances > 0 on the diagonal");
+  if (!joint.matrix.isApprox(joint.matrix.transpose(), 1e-9)) json.fail("matrix", "expected a symmetric matrix");
+  if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(joint.matrix).eigenvalues().minCoeff() < -1e-9 * scale)
+    json.fail("matrix", "is no covariance: it gives a negative variance in some direction");
+  json.check_all_known();
+  return joint;
+}
+
 // The channels that the force modules read.
 std::vector<Channel> channels_of_modules(const Ship& ship) {
   std::vector<Channel> channels;
@@ -175,6 +202,16 @@ void Ship::multiply(const std::vector<CoefficientFactor>& factors) {
   }
 }
 
+io::Json multiplied(io::Json ship, const std::vector<CoefficientFactor>& factors, const std::string& source) {
+  for (const CoefficientFactor& by : factors) {
+    io::Json& all = ship["coefficient_factors"];
+    if (all.is_null()) all = io::Json::object();
+    all[by.name] = all.value(by.name, 1.0) * by.factor;
+    all["source"] = source;
+  }
+  return ship;
+}
+
 Ship read_ship(const std::string& name_or_path) {
   const std::string path = io::find_config("ships", name_or_path);
   const io::Json text = io::read_json(path);
@@ -201,7 +238,9 @@ Ship read_ship(const std::string& name_or_path) {
   }
   if (const auto uncertainty = json.object_if("uncertainty"))
     for (const std::string& name : uncertainty->keys())
-      ship.uncertainty.push_back({name, uncertainty->number(name, {1e-4, 3.0})});
+      if (name != "source") ship.uncertainty.push_back({name, uncertainty->number(name, {1e-4, 3.0})});
+  if (const auto covariance = json.object_if("coefficient_covariance"))
+    ship.coefficient_covariance = read_joint_uncertainty(*covariance);
   const auto* propeller =
       ship.propeller ? std::get_if<StandardPropellerCoefficients<double>>(&*ship.propeller) : nullptr;
   if (propeller != nullptr && !propeller->is_reversible && ship.find_actuator(Channel::n_p)->min < 0.0)

@@ -44,6 +44,12 @@ struct Ship : ShipCoefficients {
     double log_sd = 0.0;
   };
   std::vector<Uncertainty> uncertainty;
+  /// Covariance of natural logarithms, where the file states it; for its names it stands in place of `uncertainty`.
+  struct JointUncertainty {
+    std::vector<std::string> names;
+    Eigen::MatrixXd matrix;  ///< symmetric, no negative variance in any direction
+  };
+  std::optional<JointUncertainty> coefficient_covariance;
   double u0_mps = 0.0;              ///< surge at which maneuvers start unless told otherwise
   double random_interval_s = 0.0;   ///< time between random orders
   std::vector<PartSource> sources;  ///< of particulars, inertia, each module and the actuators, in this order
@@ -69,6 +75,10 @@ struct Ship : ShipCoefficients {
 /// describes the keys. Throws InputError for an unknown, missing or impossible value, for a module without its
 /// actuator, and for an actuator that no module reads; UsageError for a name that is not shipped.
 Ship read_ship(const std::string& name_or_path);
+
+/// A ship's JSON with its coefficients multiplied, also such as have a factor already.
+///   source  of the factors
+io::Json multiplied(io::Json ship, const std::vector<CoefficientFactor>& factors, const std::string& source);
 
 /// One effect, a JSON object with "type", for Ship::effects.
 EffectEntry parse_effect(const io::JsonObject& json);

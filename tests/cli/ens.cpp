@@ -476,6 +476,55 @@ TEST_CASE("ens-train --base: the tools use such a model as any other, wherever i
   CHECK(files_of(folder / "single").at("member-00.json") == files_of(folder / "plain").at("member-00.json"));
 }
 
+TEST_CASE("ens-train --base-spread: members with ships of their own, in any order, used as any other",
+          "[cli][ens][base]") {
+  const TemporaryFolder folder;
+  write_ensemble_inputs(folder);
+  const std::string train = kTrain + "tiny.json --base vectwin-3m --base-spread ";
+  done(folder, train + "auto -o one --jobs 2");
+  for (const int member : {2, 0, 3, 1}) done(folder, train + fmt::format("auto -o single --member {}", member));
+  CHECK(files_of(folder / "one") == files_of(folder / "single"));
+  CHECK(files_of(folder / "one").size() == 10);  // the index, the base, four members and their ships
+  const io::Json header = io::read_json(folder / "one/ensemble.json");
+  CHECK(header["training"]["base"]["spread"].get<double>() > 0.0);
+  CHECK(header["training"]["config"]["base_spread"] == "auto");
+  CHECK(done(folder, "mmg-sim show one/member-02.ship.json").out.starts_with("vectwin-3m-draw-02"));
+  const std::string predict = " 'data/dataset.json#test' --particles 20 --quiet";
+  const std::string all = done(folder, "ens-predict one" + predict).out;
+  // A subset of members predicts as it did in the whole.
+  CHECK(done(folder, "ens-predict single --use-members 2" + predict).out != all);
+  done(folder, "pd-sweep one --ship vectwin-3m --kp 40 --kd 60 --duration-s 20 --quiet");
+  // A drawn ship that is not the member's is noticed.
+  std::filesystem::copy_file(folder / "one/member-00.ship.json", folder / "one/member-03.ship.json",
+                             std::filesystem::copy_options::overwrite_existing);
+  check_refused(folder, "ens-predict one" + predict, 3, "member-03.ship.json: is not the ship that member 3");
+
+  done(folder, train + "0 -o same");
+  done(folder, kTrain + "tiny.json --base vectwin-3m -o plain");
+  CHECK(files_of(folder / "same").at("member-00.json") == files_of(folder / "plain").at("member-00.json"));
+  check_refused(folder, train + "1.5 -o one --resume", 2, "one holds an ensemble of another base");
+  check_refused(folder, train + "-1 -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got '-1'");
+  check_refused(folder, train + "wide -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got 'wide'");
+  check_refused(folder, kTrain + "tiny.json --base-spread 1 -o bad", 2, "--base-spread needs --base");
+}
+
+TEST_CASE("mmg-sim draws: ships that run as they are, the same for equal seeds", "[cli]") {
+  const TemporaryFolder folder;
+  done(folder, "mmg-sim draws --ship esso-osaka-3m --count 3 --spread 1.5 --seed 4 -o draws");
+  CHECK(files_of(folder / "draws").size() == 4);
+  const io::Json index = io::read_json(folder / "draws/draws.json");
+  CHECK(index["draws"][1]["file"] == "draw-01.json");
+  CHECK(index["draws"][1]["coefficient_factors"]["hull.Y_v"].get<double>() > 0.0);
+  done(folder, "mmg-sim turning --ship draws/draw-02.json --duration-s 30 -o turning.csv");
+  done(folder, "mmg-sim draws --ship esso-osaka-3m --count 2 --spread 1.5 --seed 4 -o fewer");
+  CHECK(files_of(folder / "fewer").at("draw-01.json") == files_of(folder / "draws").at("draw-01.json"));
+  check_refused(folder, "mmg-sim draws --ship esso-osaka-3m --count 0 -o none", 2, "--count");
+  check_refused(folder, "mmg-sim draws --ship esso-osaka-3m --count 2 --spread 0 -o none", 2, "--spread");
+  check_refused(folder, "mmg-sim draws --ship esso-osaka-3m --count 2", 2, "give --output DIR");
+  check_refused(folder, "mmg-sim draws --ship esso-osaka-3m --count 1 --spread 1000 -o none", 1, "none reaches");
+  check_refused(folder, "mmg-sim draws --ship draws/draw-00.json --count 9 -o draws", 2, "draw-00.json");
+}
+
 TEST_CASE("ens-train --base: what cannot be a base, or is another one, is refused", "[cli][ens][base]") {
   const TemporaryFolder folder;
   write_ensemble_inputs(folder);

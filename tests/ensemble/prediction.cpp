@@ -131,7 +131,22 @@ TEST_CASE("prediction: accelerations are those of the plain network in double pr
   }
 }
 
-TEST_CASE("prediction: members are drawn uniformly, and anew at each step of TS1 only", "[ensemble]") {
+TEST_CASE("prediction: members share the particles evenly, and who gets one more is drawn", "[ensemble]") {
+  std::vector<int> more(24, 0);
+  for (std::uint64_t seed = 1; seed <= 600; ++seed) {
+    RandomStream random(seed, "a test");
+    std::vector<int> count(24, 0);
+    for (const int m : shared_out(100, 24, random)) ++count[static_cast<std::size_t>(m)];
+    for (std::size_t m = 0; m < 24; ++m) {
+      CHECK((count[m] == 4 || count[m] == 5));
+      more[m] += count[m] - 4;
+    }
+  }
+  // Four of 24 get a fifth: 100 of 600, standard deviation 9.1; five of them.
+  for (const int m : more) CHECK(std::abs(m - 100) < 46);
+}
+
+TEST_CASE("prediction: members are drawn anew at each step of TS1, and independently", "[ensemble]") {
   const Samples samples = test_samples();
   EnsembleEvaluator evaluator(trained());
   std::vector<int> count(4, 0);
@@ -142,8 +157,8 @@ TEST_CASE("prediction: members are drawn uniformly, and anew at each step of TS1
     ++count[static_cast<std::size_t>(p.member[2][i])];
     if (p.member[1][i] == p.member[2][i]) ++kept;
   }
-  // 4000 draws with probability 1/4: standard deviation 27; five of them.
-  for (const int c : count) CHECK(std::abs(c - 1000) < 137);
+  for (const int c : count) CHECK(c == 1000);
+  // Less than 4000 draws with probability 1/4 would vary, by 27; five of them.
   CHECK(std::abs(kept - 1000) < 137);
   CHECK(p.nu[1].cols() == 4);
   CHECK(p.nu[2].cols() == 16);  // histories, not particles

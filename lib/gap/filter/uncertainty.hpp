@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/model.hpp"
+#include "dynamics/coefficient_law.hpp"
 
 namespace leeway::gap {
 
@@ -17,14 +17,11 @@ struct UncertainParameter {
   double tolerated_sd = 0.0;
 };
 
-/// The uncertain parameters of a ship: Model::coefficients() with what its JSON's "uncertainty" says in place of the
-/// defaults. Throws InputError for a name that the ship does not have.
-/// The last one is no coefficient: kTiming.
+/// The uncertain parameters of a ship, coefficient_law() each by itself. Throws InputError for a name that the ship
+/// does not have. The last one is no coefficient: kTiming.
 std::vector<UncertainParameter> uncertain_parameters(const Ship& ship);
 
-/// How much later the actuators moved than the recording's samples, joined by lines, say; 1 is a tenth of the sampling
-/// time. Without it, actuators sampled once a second look like late ones.
-inline constexpr const char* kTiming = "actuators.timing";
+/// kTiming: without it, actuators sampled once a second look like late ones.
 UncertainParameter timing_parameter();
 
 /// Multiplies the parameters of a model by exp(theta), in the order of uncertain_parameters(); the timing is left

@@ -122,12 +122,8 @@ std::string ship_file(const std::string& recording) { return "ship-" + recording
 
 Json ship_with(Json of, const Explanation& explanation, const std::string& recording) {
   if (explanation.residual_network) of["residual_network"] = to_json(*explanation.residual_network);
-  for (const CoefficientFactor& by : explanation.coefficient_factors) {
-    Json& factors = of["coefficient_factors"];
-    if (factors.is_null()) factors = Json::object();
-    factors[by.name] = factors.value(by.name, 1.0) * by.factor;
-    factors["source"] = "estimated by gap-explain from recordings; standard deviations in its report.json";
-  }
+  of = multiplied(std::move(of), explanation.coefficient_factors,
+                  "estimated by gap-explain from recordings; standard deviations in its report.json");
   const std::vector<EffectEntry>& effects =
       recording.empty() ? explanation.effects : explanation.effects_in.at(recording);
   if (effects.empty()) return of;

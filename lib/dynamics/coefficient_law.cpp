@@ -1,0 +1,80 @@
+#include "dynamics/coefficient_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/errors.hpp"
+
+namespace leeway {
+namespace {
+
+// The place of a name that the ship's file has at `pointer`; -1 for the timing.
+Eigen::Index place_of(const std::string& name, const CoefficientLaw& law, const Ship& ship,
+                      const std::string& pointer) {
+  const auto found =
+      std::ranges::find_if(law.coefficients, [&](const UncertainCoefficient& c) { return c.name == name; });
+  if (found != law.coefficients.end()) return found - law.coefficients.begin();
+  if (name == kTiming) return -1;
+  std::vector<std::string> known;
+  for (const UncertainCoefficient& c : law.coefficients) known.push_back(c.name);
+  known.emplace_back(kTiming);
+  throw InputError(
+      ship.file, 0, pointer,
+      fmt::format("'{}' is not an uncertain parameter of this ship; known: {}", name, fmt::join(known, ", ")));
+}
+
+}  // namespace
+
+CoefficientLaw coefficient_law(const Ship& ship) {
+  CoefficientLaw law;
+  for (const Coefficient& coefficient : Model<double>(ship).coefficients())
+    law.coefficients.push_back({coefficient.name, coefficient.log_sd, false});
+  const auto state = [&](Eigen::Index i, double log_sd) {
+    UncertainCoefficient& coefficient = law.coefficients[static_cast<std::size_t>(i)];
+    coefficient.log_sd = log_sd;
+    coefficient.is_stated = true;
+  };
+  for (const Ship::Uncertainty& given : ship.uncertainty)
+    if (const Eigen::Index i = place_of(given.name, law, ship, "/uncertainty/" + given.name); i >= 0)
+      state(i, given.log_sd);
+
+  const auto n = static_cast<Eigen::Index>(law.coefficients.size());
+  law.covariance = Eigen::MatrixXd::Zero(n, n);
+  std::vector<Eigen::Index> places;
+  if (ship.coefficient_covariance) {
+    const Ship::JointUncertainty& joint = *ship.coefficient_covariance;
+    for (std::size_t k = 0; k < joint.names.size(); ++k) {
+      const std::string pointer = fmt::format("/coefficient_covariance/names/{}", k);
+      places.push_back(place_of(joint.names[k], law, ship, pointer));
+      if (places.back() < 0) throw InputError(ship.file, 0, pointer, "is no coefficient; it can stand in /uncertainty");
+      state(places.back(), std::sqrt(joint.matrix(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k))));
+    }
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double log_sd = law.coefficients[static_cast<std::size_t>(i)].log_sd;
+    law.covariance(i, i) = log_sd * log_sd;
+  }
+  for (std::size_t i = 0; i < places.size(); ++i)
+    for (std::size_t j = 0; j < places.size(); ++j)
+      law.covariance(places[i], places[j]) =
+          ship.coefficient_covariance->matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  return law;
+}
+
+std::vector<CoefficientFactor> draw_factors(const CoefficientLaw& law, double spread, RandomStream& random) {
+  Eigen::VectorXd z(static_cast<Eigen::Index>(law.coefficients.size()));
+  for (double& x : z) x = random.normal();
+  const Eigen::LDLT<Eigen::MatrixXd> factors(law.covariance);  // also of a covariance without full rank
+  const Eigen::VectorXd theta =
+      factors.transpositionsP().transpose() *
+      Eigen::VectorXd(factors.matrixL() * (factors.vectorD().cwiseMax(0.0).cwiseSqrt().cwiseProduct(z)));
+  std::vector<CoefficientFactor> drawn;
+  for (std::size_t i = 0; i < law.coefficients.size(); ++i)
+    drawn.push_back({law.coefficients[i].name, std::exp(spread * theta(static_cast<Eigen::Index>(i)))});
+  return drawn;
+}
+
+}  // namespace leeway

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "ensemble/training_data.hpp"
+
+namespace leeway::ensemble {
+
+/// What recordings tell of how wrong a base ship is.
+struct BaseSpreadEstimate {
+  double spread = 1.0;                     ///< median of S
+  double low = 0.0, high = 0.0;            ///< its 5 and 95 % quantiles
+  Vec3<double> acceleration_noise;         ///< [m/s^2 s^0.5, ..., rad/s^2 s^0.5]: what no coefficient explains
+  std::vector<CoefficientFactor> factors;  ///< the likeliest coefficients, for information
+};
+
+/// The one scale S of all stated standard deviations of the base ship's coefficients, by marginal likelihood: a Kalman
+/// filter follows (u, v_m, r) through the recordings with the base ship's equations and inputs that are linear between
+/// samples (held ones would pass for wrong coefficients), observations with the config's sigma, and white noise of the
+/// accelerations whose three levels are fitted along; the coefficients' logarithms, normal with covariance S^2 Lambda,
+/// enter linearly about their likeliest values and are integrated out. ln S has the prior N(0, 1): what a file states
+/// is meant, within a factor of three or so.
+///   data        prepared with the base ship itself
+///   recordings  those of the data
+BaseSpreadEstimate infer_base_spread(const TrainingData& data, std::vector<Trajectory> recordings);
+
+}  // namespace leeway::ensemble
