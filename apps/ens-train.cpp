@@ -217,7 +217,8 @@ int main(int argc, char** argv) try {
   if (o.epochs > 0) config.epochs = o.epochs;
   if (o.no_initial_state_net) config.initial_state_net = false;
   take_base_spread(o, config);
-  if (o.epochs > 0 || o.no_initial_state_net) config.follows.clear();  // no longer what the config says it is
+  if (o.epochs > 0 || o.no_initial_state_net || !o.base.empty())
+    config.follows.clear();  // no longer what the config says it is
   if (o.member >= config.members)
     throw UsageError(fmt::format("--member {}: expected 0 to {}, one of the {} members", o.member, config.members - 1,
                                  config.members));

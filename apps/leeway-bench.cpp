@@ -16,6 +16,7 @@
 #include "control/pd_sweep.hpp"
 #include "core/errors.hpp"
 #include "core/parallel.hpp"
+#include "core/statistics.hpp"
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/observation_noise.hpp"
 #include "ensemble/prediction_run.hpp"
@@ -55,10 +56,6 @@ Timing time(int repeats, const std::function<void()>& work) {
     wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     cpu.push_back(cpu_seconds() - c);
   }
-  const auto median = [](std::vector<double>& v) {
-    std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-    return v[v.size() / 2];
-  };
   return {median(wall), median(cpu)};
 }
 
@@ -167,6 +164,7 @@ void bench_train(const std::string& kernel, std::size_t jobs, int repeats) {
                  start_weights = static_cast<double>(nn::parameter_count(state.member.initial_state));
     const double flops = static_cast<double>(jobs) * 3.0 * 2.0 * 32.0 * (99.0 * weights + start_weights);
     print({{"bench", "train"},
+           {"path", kernels.name},
            {"kernel", kernels.name},
            {"jobs", jobs},
            {"ms_step32", 1e3 * step32.wall_s},

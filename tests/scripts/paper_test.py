@@ -99,7 +99,7 @@ class PaperTest(unittest.TestCase):
 
         self.assertEqual(row("5.1", "distributed alike")[1], "**yes**")
         self.assertEqual(row("5.1", "Test-ZT lies"), ("median speed 0.45 against 0.195 m/s; beyond Train-B: vm_mps 67%; r_degps 0%", "in part: speed, vm_mps yes; r_degps no"))
-        self.assertEqual(row("5.1", "sternway")[1], "**yes**")
+        self.assertEqual(row("5.1", "sternway")[1], "in part: speed, sternway yes; lacking in Train-B no")  # one sample of 21
         self.assertEqual(row("5.2", "initial state")[1], "**yes**")
         self.assertIn("Test-B 50 to 25 (from M = 3: ×0.75)", row("5.3", "TS1: with more members L_Maha")[0])
         self.assertIn("Test-B falls, Test-ZT falls, Test-R falls yes; Test-B levels off", row("5.3", "TS1: with more members L_Maha")[1])

@@ -6,9 +6,9 @@ from claim import Claim, number
 from claims_of_predictions import correlations
 from results import FULL_SET
 
-USUAL, LARGEST = 0.25, 0.75  # of d_E: the paper's 0.25, and from where on it is "nearly 1.0"; the latter ours
+USUAL = 0.25  # of d_E, the paper's
+NEARLY_1 = 0.75, 1.25  # of d_E: what is "nearly 1.0"; ours
 ALIKE = 2.0  # times: Mahalanobis distances of the two scales that differ less are not told apart; ours
-APART = 2.0  # times: the other sequences are accurate and sure where they have less than this part of the worst one's error and spread; ours
 FARTHEST = float(np.sqrt(11.344866730144373))  # d_M that 1 % of the points exceed where spread and error agree
 
 
@@ -22,8 +22,8 @@ def distances(results):
                 f"median of d_M, TS∞, against that of Test-B: less than {ALIKE:g} times (ours)", f"{number(medians[0])} against {number(medians[1])}", bool(ratio < ALIKE))
     share, largest = float(np.mean(full["eucl"] < USUAL)), float(np.nanmax(full["eucl"]))
     yield Claim(f"{section}, 2", f"Most Euclidean distances are below {USUAL:g}, and some reach nearly 1", "full-scale-distances",
-                f"more than half of the points; the largest is at least {LARGEST:g} (ours)", f"{share:.0%} of the points; largest {number(largest)}",
-                {"most": share > 0.5, "some": largest >= LARGEST})
+                f"more than half of the points; the largest is from {NEARLY_1[0]:g} to {NEARLY_1[1]:g} (ours)", f"{share:.0%} of the points; largest {number(largest)}",
+                {"most": share > 0.5, "some": NEARLY_1[0] <= largest <= NEARLY_1[1]})
 
 
 def berthings(results):
@@ -31,17 +31,19 @@ def berthings(results):
     names, found = results.sequences("full-scale", "ts-inf", (FULL_SET,))
     worst = int(np.argmax(found["eucl"]))
     others = np.arange(len(names)) != worst
-    usual = {key: float(np.median(found[key][others])) for key in ("eucl", "spread")}
+    usual = {key: float(np.median(found[key][others])) for key in ("eucl", "spread", "bias_beyond_spread")}
     recording, sequence = names[worst].rsplit(" ", 1)
     numbers = (f"{recording}, sequence {sequence}: d_E {number(found['eucl'][worst])} against {number(usual['eucl'])}, spread {number(found['spread'][worst])} "
                f"against {number(usual['spread'])} of the median of the other {int(others.sum())}")
     yield Claim(f"{section}, 1", "A stretch of 700 s is predicted badly: the spread is large there, and in parts the bias is larger still", "full-scale-worst",
-                "the sequence with the largest root mean square of d_E: its spread is above the median, and d_E exceeds the spread at some points (ours)",
-                f"{numbers}; bias beyond the spread at {found['bias_beyond_spread'][worst]:.0%} of its points",
-                {"spread is large": bool(found["spread"][worst] > usual["spread"]), "bias beyond it": bool(found["bias_beyond_spread"][worst] > 0.0)})
+                "the sequence with the largest root mean square of d_E: its spread is above the median of the others, and so is the share of its points where d_E "
+                "exceeds the spread (ours)",
+                f"{numbers}; bias beyond the spread at {found['bias_beyond_spread'][worst]:.0%} of its points, {usual['bias_beyond_spread']:.0%} in the median",
+                {"spread is large": bool(found["spread"][worst] > usual["spread"]),
+                 "bias beyond it": bool(found["bias_beyond_spread"][worst] > usual["bias_beyond_spread"])})
     yield Claim(f"{section}, 2", "Elsewhere berthings are predicted accurately and with little spread", "full-scale-typical",
-                f"median of the other sequences: d_E and spread less than 1/{APART:g} of the worst one's (ours)", numbers,
-                {key: bool(usual[key] < found[key][worst] / APART) for key in usual})
+                f"medians of the other sequences: d_E and spread below {USUAL:g}, which the paper gives for most distances (ours)", numbers,
+                {key: bool(usual[key] < USUAL) for key in ("eucl", "spread")})
 
 
 def like_training(results, section):
