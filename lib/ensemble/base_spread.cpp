@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 
 #include "core/errors.hpp"

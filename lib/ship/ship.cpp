@@ -4,6 +4,7 @@
 #include <iterator>
 #include <limits>
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
