@@ -36,13 +36,29 @@ class PaperTest(unittest.TestCase):
 
     def points(self, name, spreads):
         """A per-step file of two sequences for each set: the second has thrice the error and spread of the first."""
-        rows = "recording,sequence,step,t_s,u_sd_mps,vm_sd_mps,r_sd_degps,position_error_m,position_sd_m,eucl,maha\n"
+        rows = ("recording,sequence,step,t_s,u_sd_mps,vm_sd_mps,r_sd_degps,position_error_m,position_sd_m,eucl,maha,"
+                "u_mean_mps,vm_mean_mps,r_mean_degps,u_truth_mps,vm_truth_mps,r_truth_degps\n")
         for data, spread in spreads.items():
             for sequence in (0, 1):
-                rows += f"{data.lower()}-z10,{sequence},0,0,0,0,0,0,0,,\n"
-                rows += "".join(f"{data.lower()}-z10,{sequence},{k},{k},{spread * k * 3 ** sequence},0,0,{k * 3 ** sequence},{spread * k * 3 ** sequence},"
-                                f"{0.1 * k * 3 ** sequence},2.0\n" for k in (1, 2))
+                rows += f"{data.lower()}-z10,{sequence},0,0,0,0,0,0,0,,,0,0,0,0,0,0\n"
+                rows += "".join(f"{data.lower()}-z10,{sequence},{k},{350 * sequence + k},{spread * k * 3 ** sequence},0,0,{k * 3 ** sequence},{spread * k * 3 ** sequence},"
+                                f"{0.1 * k * 3 ** sequence},2.0,{0.1 * k * 3 ** sequence},0.01,0,0,0,0\n" for k in (1, 2))
         self.write(f"{name}.csv", rows)
+
+    def controller(self, head, factor, swing_of_90):
+        """Sweeps of two by two gains in a unit of `factor` deg/rad, the true ship's runs, in one of which it is too fast, and those with both gains 60 and 90."""
+        columns = "kp_deg_per_rad,kd_deg_per_radps,score_true,score_worst,score_member_00,score_member_01\n"
+        low, high = 5 * factor, 10 * factor
+        for members, worst in ((MEMBERS, 11), (MEMBERS * REPEATS, 12)):
+            self.write(f"pd/{head}sweep-{members}.csv", columns + f"{low},{low},10,{worst},8,8\n{low},{high},10,9,9,9\n"
+                       f"{high},{low},10,{worst},9,9\n{high},{high},9,12,12,12\n")
+        self.write(f"pd/{head}true-runs.csv", "kp_deg_per_rad,kd_deg_per_radps,u_mps,vm_mps,r_degps\n"
+                   + "".join(f"{kp},{kd},{0.9 if kp == kd else 0.4},0,0\n" for kp in (low, high) for kd in (low, high) for _ in range(3)))
+        for gain, swing in ((60, 0.1), (90, swing_of_90)):
+            rows = [f"{model},{t},0,0,{90 + (error if t > 20 else -90)},0.2,0,{swing * (-1) ** t},1,1\n"
+                    for model, error in (("true", 0), ("00", 0.1 * swing)) for t in range(101)]
+            self.write(f"pd/{head}runs/kp{gain * factor:.10g}_kd{gain * factor:.10g}.csv",
+                       "model,t_s,x0_m,y0_m,psi_deg,u_mps,vm_mps,r_degps,delta_p_deg,delta_s_deg\n" + "".join(rows))
 
     def results(self):
         self.write("settings", SETTINGS)
@@ -55,18 +71,15 @@ class PaperTest(unittest.TestCase):
                     undefined = kind == "ts-inf" and m <= 3 or m == 1
                     self.scores(f"sampling/{kind}-{m}-{r}", L_eucl=(1e-3 * r, 2e-2 * r, 1.9e-3 * r), L_maha=None if undefined else 100.0 / m,
                                 correlation_eucl_maha=correlation, against="truth", initial_state="truth")
+                    self.write(f"sampling/{kind}-{m}-{r}.spread.csv", "set,spread\n" + "".join(
+                        f"{data.lower()},{(0.01 if kind == 'ts-inf' else 0.02) * (place + 1) * (m if place else 1)}\n" for place, data in enumerate(SETS)))
             self.points(f"distances/{kind}", {data: sd * (1.0 if kind == "ts-inf" else 0.5) for data, sd in zip(SETS, (0.1, 0.3, 0.05))})
             self.points(f"full-scale/{kind}", {"Test-Full-B": 0.2})
             self.write(f"full-scale/{kind}.json", {"datasets": [{
                 "name": "Test-Full-B", "L_eucl": 1e-3, "correlation_eucl_maha": 0.4 if kind == "ts-inf" else None, "against": "observations",
                 "initial_state": "observations"}]})
-        columns = "kp_deg_per_rad,kd_deg_per_radps,score_true,score_worst,score_member_00\n"
-        for members, worst in ((MEMBERS, 11), (MEMBERS * REPEATS, 12)):
-            self.write(f"pd/sweep-{members}.csv", columns + f"5,5,10,{worst},8\n5,10,10,9,9\n10,5,10,{worst},9\n10,10,9,12,12\n")
-        for gain, swing in ((60, 0.1), (90, 3.0)):
-            rows = [f"{model},{t},0,0,{90 + (error if t > 20 else -90)},0.2,0,{swing * (-1) ** t},1,1\n"
-                    for model, error in (("true", 0), ("00", 0.1 * swing)) for t in range(101)]
-            self.write(f"pd/runs/kp{gain}_kd{gain}.csv", "model,t_s,x0_m,y0_m,psi_deg,u_mps,vm_mps,r_degps,delta_p_deg,delta_s_deg\n" + "".join(rows))
+        self.controller("", 1.0, 3.0)
+        self.controller("per-degree-", 57.29577951, 0.2)
         for name, u in (("Train-B", (-0.01, 0.4)), ("Test-B", (-0.01, 0.4)), ("Test-ZT", (0.3, 0.6)), ("Test-R", (-0.2, 0.1))):
             steps = [f"{k},{u[0] + (u[1] - u[0]) * k / 20},{0.01 * (k % 3) * u[1] ** 2},{k % 2 * 2 - 1},0,0,0\n" for k in range(21)]
             for recording in range(3):
@@ -92,30 +105,40 @@ class PaperTest(unittest.TestCase):
         rows = self.rows()
         self.assertEqual({len(row) for row in rows}, {6})
 
-        def row(section, text):
-            found = [row for row in rows if row[0].startswith(section) and text in row[1]]
-            self.assertEqual(len(found), 1, (section, text, rows))
+        def row(section, *texts):
+            found = [row for row in rows if row[0].startswith(section) and all(text in row[1] for text in texts)]
+            self.assertEqual(len(found), 1, (section, texts, rows))
             return found[0][4:]
 
         self.assertEqual(row("5.1", "distributed alike")[1], "**yes**")
         self.assertEqual(row("5.1", "Test-ZT lies"), ("median speed 0.45 against 0.195 m/s; beyond Train-B: vm_mps 67%; r_degps 0%", "in part: speed, vm_mps yes; r_degps no"))
-        self.assertEqual(row("5.1", "sternway")[1], "in part: speed, sternway yes; lacking in Train-B no")  # one sample of 21
+        self.assertEqual(row("5.1", "sternway")[1], "in part: speed yes; sternway no")  # one sample of 21 of Train-B
         self.assertEqual(row("5.2", "initial state")[1], "**yes**")
         self.assertIn("Test-B 50 to 25 (from M = 3: ×0.75)", row("5.3", "TS1: with more members L_Maha")[0])
         self.assertIn("Test-B falls, Test-ZT falls, Test-R falls yes; Test-B levels off", row("5.3", "TS1: with more members L_Maha")[1])
         self.assertEqual(row("5.3", "TS∞: with more members L_Maha")[1], "**not put to the test**")  # defined at M = 4 only
         self.assertIn("times Test-B 20, Test-R 10.5", row("5.3", "TS∞: L_Eucl of Test-ZT")[0])
         self.assertEqual(row("5.3", "TS1: L_Maha does not differ")[1], "**yes**")
+        self.assertEqual(row("5.3", "TS1: with more members the spread"),
+                         ("M = 2 to 4: Test-B ×1.00; Test-ZT ×2.00; Test-R ×2.00", "in part: Test-ZT, Test-R yes; Test-B no"))
+        self.assertEqual(row("5.3", "TS1: the farther")[1], "**yes**")
+        self.assertEqual(row("5.3", "TS∞ has the larger spread")[1], "**no**")
         self.assertEqual(row("5.3", "correlation of the two")[1], "in part: Test-B, Test-R yes; Test-ZT no")
         self.assertEqual(row("5.3", "The spread is small where"), ("TS∞: Test-B ×6.00; Test-ZT ×6.00; Test-R ×6.00; TS1: Test-B ×6.00; Test-ZT ×6.00; Test-R ×6.00",
                          "in part: Test-B grows, Test-ZT grows, Test-R grows yes; Test-B more with TS∞, Test-ZT more with TS∞, Test-R more with TS∞ no"))
         self.assertEqual(row("5.3", "TS1 varies less"), ("position 100%, velocities 100%", "**yes**"))
-        self.assertEqual(row("5.4", "A single network")[1], "in part: promises more yes; more where both are large no")
-        self.assertEqual(row("5.4", "The worst of the particles, M = 4")[0], "75% of the pairs for a single network, 25% for the worst; 1.00 and 0.25 rad s")
-        self.assertEqual(row("5.4", "(60, 60)")[1], "**yes**")
-        self.assertIn("swings", row("5.4", "(90, 90)")[1])
+        for unit in ("gains in deg/rad", "gains in deg/deg"):
+            self.assertIn("0.00 where both are large, else 1.33: -1.33 (standard error 0.00 over 2 networks)", row("5.4", "A single network", unit)[0])
+            self.assertEqual(row("5.4", "A single network", unit)[1], "in part: promises more yes; more where both are large no")
+            self.assertEqual(row("5.4", "The worst of the particles, M = 4", unit)[0],
+                             "75% of the pairs for a single network, 25% for the worst; 1.00 and 0.25 rad s")
+            self.assertEqual(row("5.4", "(60, 60)", unit)[1], "**yes**")
+            self.assertEqual(row("7 discussion, 4", "Where states", unit), ("1.00 with 2 pairs; 1.22 with the others", "**yes**"))
+        self.assertIn("swings", row("5.4", "(90, 90)", "deg/rad")[1])
+        self.assertEqual(row("5.4", "(90, 90)", "deg/deg")[1], "**not put to the test**")  # it swings little
         self.assertEqual(row("6.2", "correlation of the two"), ("TS∞: Test-Full-B 0.40; TS1: Test-Full-B nan", "**no**"))
-        self.assertEqual(row("6.2", "A stretch of 700 s")[1], "in part: spread is large yes; bias beyond it no")
+        self.assertEqual(row("6.2", "Between 100 and 700 s")[1], "in part: u is bad, 100 to 700 s, spread is large yes; v_m is bad, r is bad, bias beyond it no")
+        self.assertEqual(row("6.2", "Elsewhere")[1], "in part: accurate yes; little spread no")
         self.assertEqual(row("6.2", "Most Euclidean"), ("50% of the points; largest 0.6", "**no**"))
         for section in ("7 discussion, 1", "7 discussion, 2", "7 discussion, 3", "7 discussion, 4", "8 conclusion, 1", "8 conclusion, 2", "8 conclusion, 3", "8 conclusion, 4"):
             self.assertTrue([row for row in rows if row[0] == section], section)
@@ -126,7 +149,7 @@ class PaperTest(unittest.TestCase):
         for kind in ("ts-inf", "ts1"):
             path = self.out / f"full-scale/{kind}.csv"
             text = path.read_text(encoding="utf-8")
-            path.write_text(text + "".join(f"test-full-b-b-03,0,{k},{k},0.1,0,0,1,1,0.9,2.0\n" for k in (1, 2)), encoding="utf-8")
+            path.write_text(text + "".join(f"test-full-b-b-03,0,{k},{100 * k},0.1,0,0,1,1,0.9,2.0,0.9,0.02,0,0,0,0\n" for k in (1, 2)), encoding="utf-8")
         self.write("data-full/Test-Full-B/truth/runs.json", {"runs": [{"recording": "test-full-b-b-03", "unrecorded": [{"type": "tug"}]},
                                                                       {"recording": "test-full-b-z10", "unrecorded": []}]})
         found = [row[4:] for row in self.rows() if "What is not observed" in row[1]]

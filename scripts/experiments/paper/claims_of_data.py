@@ -56,7 +56,7 @@ def data_sets(results):
     yield Claim(f"{where}, 3", "Test-R lies where the ship is slow, and has sternway that Train-B lacks", "pairplot",
                 f"its median speed is lower, and it has u < 0, which at most {LACKS:.0%} of Train-B has (ours)",
                 f"median speed {number(slow)} against {number(usual)} m/s; u < 0 in {astern[0]:.1%} against {astern[1]:.1%} of the samples",
-                {"speed": slow < usual, "sternway": astern[0] > 0.0, "lacking in Train-B": astern[1] <= LACKS})
+                {"speed": slow < usual, "sternway": astern[0] > 0.0 and astern[1] <= LACKS})
 
 
 def initial_state(results, section):

@@ -7,7 +7,7 @@ from results import SAMPLINGS, SETS
 
 TIMES = 10.0  # "more than 10 times", the paper's
 ALIKE = 3.0  # times: L_Maha of sets that differ less are not told apart; ours
-LEVEL = 0.1  # of its value: what L_Maha may still fall in the last fifth of the members, half of what one that falls as 1/M would; ours
+LEVEL = 0.5  # of the fall of a law c/M: what L_Maha may still change in the last fifth of the members, where it comes to a limit; ours
 SAME = 0.2  # of its value: what L_Eucl may change with more members; ours
 FOLLOWS = 0.5  # rank correlation from which one quantity follows another; ours
 MOSTLY = 0.9  # share of sequences; ours
@@ -41,15 +41,36 @@ def spread_of_members(results, section):
         defined = np.flatnonzero(np.all([np.isfinite(maha[data]).all(axis=1) for data in SETS], axis=0)) + 1
         first = int(defined[0]) if len(defined) else last
         before = max(first, last - max(1, last // 5))
+        level = LEVEL * (1.0 - before / last)
         numbers, holds = {}, {}
         for data in SETS:
             values = [median(maha[data], m) for m in (first, before, last)]
             numbers[data] = " to ".join(number(value) for value in (values[0], values[2])) + f" (from M = {before}: ×{values[2] / values[1]:.2f})"
             holds[f"{data} falls"] = bool(values[2] < values[0])
-            holds[f"{data} levels off"] = bool(before > first and abs(values[2] / values[1] - 1.0) <= LEVEL)
+            holds[f"{data} levels off"] = bool(before > first and abs(values[2] / values[1] - 1.0) <= level)
         yield Claim(section, f"{name}: with more members L_Maha falls towards a limit", "sampling",
                     f"it is less at M = {last} than at the first M where it is defined, here {first}; in the last fifth of the members it changes "
-                    f"by at most {LEVEL:.0%} (ours)", per_set(numbers), holds if len(defined) > 1 else None)
+                    f"by at most {level:.0%}, {LEVEL:g} of what a law c/M would (ours)", per_set(numbers), holds if len(defined) > 1 else None)
+
+
+def spread_over_members(results):
+    """What the paper concludes from L_Maha: the variance of the particles."""
+    last, section = results.members, "5.3 predictions, scores, 1"
+    for kind, name in NAMES.items():
+        spread = results.spreads(kind)
+        ratios = {data: median(spread[data], last) / median(spread[data], 2) for data in SETS}
+        yield Claim(section, f"{name}: with more members the spread of the particles grows", "sampling",
+                    f"the root mean square of the spread of velocities, median over the repeats, is larger at M = {last} than at M = 2 (ours)",
+                    f"M = 2 to {last}: {per_set({data: f'×{ratio:.2f}' for data, ratio in ratios.items()})}", {data: bool(ratio > 1.0) for data, ratio in ratios.items()})
+
+
+def spread_over_sets(results):
+    last, section = results.members, "5.3 predictions, scores, 3"
+    for kind, name in NAMES.items():
+        spread = {data: median(results.spreads(kind)[data], last) for data in SETS}
+        yield Claim(section, f"{name}: the farther a test set is from the training data, the larger is the spread", "distances",
+                    f"at M = {last} the root mean square of the spread of velocities is larger in each set that is not distributed as Train-B than in Test-B (ours)",
+                    per_set(spread), {data: bool(spread[data] > spread["Test-B"]) for data in SETS if data != "Test-B"})
 
 
 def samplings(results):
@@ -64,6 +85,10 @@ def samplings(results):
     yield Claim(section, "With enough members TS∞ has the smaller L_Maha", "sampling", f"at M = {last} (ours)",
                 per_set({data: f"{number(maha['ts-inf'][data])} against {number(maha['ts1'][data])}" for data in SETS}),
                 {data: bool(maha["ts-inf"][data] < maha["ts1"][data]) for data in SETS})
+    spread = {kind: {data: median(results.spreads(kind)[data], last) for data in SETS} for kind in SAMPLINGS}
+    yield Claim(section, "With enough members TS∞ has the larger spread", "sampling", f"root mean square of the spread of velocities at M = {last} (ours)",
+                per_set({data: f"{number(spread['ts-inf'][data])} against {number(spread['ts1'][data])}" for data in SETS}),
+                {data: bool(spread["ts-inf"][data] > spread["ts1"][data]) for data in SETS})
 
 
 def test_sets(results):
@@ -139,8 +164,10 @@ def like_training(results, sets, section):
 def predictions(results):
     yield from bias_of_members(results, "5.3 predictions, scores, 1")
     yield from spread_of_members(results, "5.3 predictions, scores, 1")
+    yield from spread_over_members(results)
     yield from samplings(results)
     yield from test_sets(results)
+    yield from spread_over_sets(results)
     section = "5.3 predictions, distances, 1"
     yield from correlations(lambda kind: results.scores(f"sampling/{kind}-{results.members}-1"), SETS, section, "distances")
     yield from spread_follows_bias(results, "distances", SETS, section, "distances")
