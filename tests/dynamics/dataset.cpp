@@ -178,7 +178,7 @@ TEST_CASE("dataset: Train-B and Test-B are distributed alike, Test-ZT and Test-R
   for (const Channel channel : kVelocities) CHECK(ks_distance(train[channel], test[channel]) < limit);
   for (const Channel channel : kActuators) CHECK(ks_distance(train[channel], test[channel]) < limit);
   for (const Channel channel : kVelocities)
-    CHECK(ks_distance(train[channel], sets.at("Test-ZT")[channel]) > 1.5 * limit);
+    CHECK(ks_distance(train[channel], sets.at("Test-ZT")[channel]) > 2.0 * limit);
   CHECK(ks_distance(train[Channel::u], sets.at("Test-R")[Channel::u]) > 2.0 * limit);
 }
 
@@ -201,7 +201,7 @@ TEST_CASE("dataset: Test-R lies at small speeds and goes astern, which Train-B d
   const std::uint64_t seed = GENERATE(from_range(kSeeds));
   CAPTURE(seed);
   const SetSamples &train = model_scale(seed).at("Train-B"), &random = model_scale(seed).at("Test-R");
-  CHECK(quantile_of(random.speed, 0.5) < 0.5 * quantile_of(train.speed, 0.5));
+  CHECK(quantile_of(random.speed, 0.5) < quantile_of(train.speed, 0.5));
   CHECK(share_astern(random) > 0.0);
   CHECK(share_astern(train) < 0.01);
 }
