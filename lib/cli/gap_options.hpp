@@ -5,6 +5,7 @@
 
 #include "cli/options.hpp"
 #include "gap/gap_locate.hpp"
+#include "gap/policy/policy.hpp"
 
 namespace leeway::cli {
 
@@ -13,7 +14,7 @@ struct GapOptions {
   std::string ship, columns;
   std::vector<std::string> recordings;
   bool no_correct = false;
-  double false_alarm = 0.01, step_s = 0.0;
+  double false_alarm = gap::kPolicy.detect.false_alarm, step_s = 0.0;
 };
 
 /// Returns the option --ship, which is required.

@@ -12,6 +12,10 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+double quantile(std::span<const double> sorted, double share) {
+  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+
 double robust_sd(std::vector<double> values) {
   for (double& value : values) value = std::abs(value);
   return 1.4826 * median(std::move(values));

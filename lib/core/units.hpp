@@ -9,7 +9,7 @@ inline constexpr double kPi = std::numbers::pi;
 inline constexpr double kDegree = kPi / 180.0;    ///< [rad]
 inline constexpr double kKnot = 1852.0 / 3600.0;  ///< [m/s], by definition of the international nautical mile
 /// Farthest time of a sample from zero [s], 3,000 years, our choice: a clock that counts from 1970 is far below, and
-/// one hundred thousandth of a second is still told apart.
+/// one hundred thousandth of a second is still resolved.
 inline constexpr double kFarthestTime_s = 1e11;
 /// Largest angle of a reading [rad], our choice: far above any heading that is counted on and on, and far below where a
 /// double no longer says which way it points.

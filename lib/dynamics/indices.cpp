@@ -9,6 +9,7 @@
 
 #include "core/units.hpp"
 #include "dynamics/model.hpp"
+#include "effects/description.hpp"
 
 namespace leeway {
 namespace {
@@ -428,8 +429,9 @@ Json imo_criteria(const Json& indices, const ManeuverFacts& facts, const Ship& s
     return not_applied(fmt::format("the ship is {:.4g} m long, below 100 m, at full scale", L));
   if (facts.mean_wind_mps > 0.0) return not_applied("the tests are made in calm weather");
   const Model<double> model(ship);
-  const bool is_shallow = std::any_of(ship.effects.begin(), ship.effects.end(),
-                                      [](const EffectEntry& effect) { return effect.type == "shallow-water"; });
+  const bool is_shallow = std::any_of(ship.effects.begin(), ship.effects.end(), [](const EffectEntry& effect) {
+    return effect_named(effect.type).info.changes_depth;
+  });
   if (model.moves_water() || model.blows() || model.pushes() || is_shallow)
     return not_applied("the tests are made in deep, still water and calm weather, without other forces on the ship");
   if (!(V > 0.0)) return not_applied("the ship has no speed ahead at the start");

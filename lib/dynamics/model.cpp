@@ -85,6 +85,10 @@ std::vector<std::string> Model<T>::modules() const {
   return parts_->modules.names();
 }
 template <typename T>
+bool Model<T>::is_of_wind(std::string_view module) const {
+  return parts_->modules.is_of_wind(module);
+}
+template <typename T>
 void Model<T>::scale_module(std::string_view module, const T& factor) {
   parts_->modules.scale(module, factor);
 }

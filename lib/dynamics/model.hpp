@@ -62,6 +62,8 @@ class Model {
   /// The groups of modules whose force has a scale: "hull", and where the ship has them "propeller", "rudder",
   /// "thruster", "wind".
   std::vector<std::string> modules() const;
+  /// Whether the force of one of them is of the wind.
+  bool is_of_wind(std::string_view module) const;
   /// Multiplies the force of one of them (a propeller's thrust, a rudder's normal force).
   void scale_module(std::string_view module, const T& factor);
 

@@ -19,7 +19,7 @@ StraightRun straight_run(const Ship& ship, double u, double n);
 /// NumericalError if the propeller cannot do it within its actuator's limits.
 double self_propulsion_n(const Ship& ship, double u);
 
-/// The surge [m/s] that a ship coming from rest settles at on a straight run with revolutions `n`. Throws
+/// The surge [m/s] that a ship coming from rest reaches in the end on a straight run with revolutions `n`. Throws
 /// NumericalError if there is none below Fr = 2.
 double steady_speed(const Ship& ship, double n);
 

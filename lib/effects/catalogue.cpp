@@ -99,11 +99,14 @@ std::string catalogue_page() {
       "the order of the array. At its neutral value (\"off at\") an effect changes nothing, to the last bit. The "
       "equations of motion in moving water and all signs are those of [conventions.md](conventions.md).");
   text +=
-      '\n' + paragraph(
-                 "Priors: what is known before any recording was seen, for ships of about 3 m and, where it differs, "
-                 "of about 150 m. N(median; sd), LN(median; sd of the logarithm), Rayleigh(sd of each component of "
-                 "the vector); bounds are hard. They are working values for the gap tools, chosen here; the "
-                 "simulator takes any value that makes sense.");
+      '\n' +
+      paragraph(
+          "Priors: what is known before any recording was seen, for ships of about 3 m and, where it differs, "
+          "of about 150 m; for others each number is on the power of L_pp through both, also beyond 150 m (linear in "
+          "the logarithm of L_pp where one is 0, and held beyond). N(median; sd), LN(median; sd of the logarithm), "
+          "Rayleigh(sd of each component of "
+          "the vector); bounds are hard. They are working values for the gap tools, chosen here; the "
+          "simulator takes any value that makes sense.");
   for (const EffectDescription& effect : effect_catalogue()) {
     const EffectInfo& i = effect.info;
     text += fmt::format("\n## {} ({})\n\n", i.name, i.number);

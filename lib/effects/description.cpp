@@ -27,6 +27,22 @@ std::string expected_range(const EffectParameter& p) {
 
 }  // namespace
 
+Prior EffectParameter::prior(double L_pp) const {
+  constexpr double short_m = 3.0, long_m = 150.0;
+  if (L_pp == short_m) return at_3m;
+  if (L_pp == long_m) return at_150m;
+  const double share = std::log(L_pp / short_m) / std::log(long_m / short_m);
+  if (at_3m.kind != at_150m.kind) return share < 0.5 ? at_3m : at_150m;
+  const auto between = [&](double a, double b) {
+    if (a == b) return a;
+    if (a * b > 0.0) return a * std::pow(b / a, share);
+    return a + std::clamp(share, 0.0, 1.0) * (b - a);
+  };
+  const auto of = [&](double Prior::*number) { return between(at_3m.*number, at_150m.*number); };
+  if (at_3m.kind == Prior::Kind::uniform) return uniform(of(&Prior::low), of(&Prior::high));
+  return {at_3m.kind, of(&Prior::median), of(&Prior::sd), of(&Prior::low), of(&Prior::high)};
+}
+
 std::optional<std::size_t> find_effect(std::string_view name) {
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
   const auto found =

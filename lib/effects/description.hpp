@@ -63,8 +63,11 @@ struct EffectParameter {
   Prior at_3m, at_150m;
   ParameterRole role = ParameterRole::plain;
 
-  /// Of a ship of this length between perpendiculars [m]: longer ones than 20 m take the prior for 150 m.
-  constexpr const Prior& prior(double L_pp) const { return L_pp > 20.0 ? at_150m : at_3m; }
+  /// Of a ship of this length between perpendiculars [m]. Numbers that differ between 3 m and 150 m follow a power of
+  /// the length through both, as speeds, times, lengths and forces do by Froude's law, also beyond: a tug pulls on any
+  /// place of a longer hull. Where no power goes through them, since one is 0 or their signs differ, they are linear in
+  /// the logarithm of the length between, and held beyond.
+  Prior prior(double L_pp) const;
 };
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
@@ -126,6 +129,9 @@ struct EffectInfo {
   /// Whether it shows in how hull and rudders answer alone, so that recordings of a ship that is kept on its course say
   /// nothing of it.
   bool needs_turns = false;
+  /// Whether it is another one on another day (a current, a wind, a pull), and so may differ between recordings.
+  bool differs_by_recording = false;
+  bool changes_depth = false;  ///< whether the water is no longer deep
   SearchStart search = SearchStart::linear_step;
   EnsembleForm to_ensemble = EnsembleForm::none;
 };

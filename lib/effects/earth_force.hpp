@@ -17,6 +17,7 @@ struct EarthForce {
       .looks_like = {"unmeasured-wind", "wave-drift", "steady-current"},
       .separating_maneuver = "reciprocal runs, different speeds, gusts",
       .formula_sd = 0.0,
+      .differs_by_recording = true,
       .to_ensemble = EnsembleForm::earth_acceleration,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{

@@ -29,6 +29,7 @@ struct ShallowWater {
       .looks_like = {"rudder-effectiveness", "wake", "draft", "windage"},
       .separating_maneuver = "a 35 deg turn with a zigzag and a stop; or two known depths",
       .needs_turns = true,
+      .changes_depth = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"h_over_T", "water depth by draft; null: deep", kNone, kNone, 1.2, kUnbounded, log_normal(1.6, 0.4, 1.2, 20.0),

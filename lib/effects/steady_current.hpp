@@ -19,6 +19,7 @@ struct SteadyCurrent {
       .looks_like = {"unmeasured-wind", "earth-force", "wave-drift"},
       .separating_maneuver = "reciprocal runs, or one full turning circle: its center drifts by V times the period",
       .formula_sd = 0.0,
+      .differs_by_recording = true,
       .to_ensemble = EnsembleForm::water_velocity,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{

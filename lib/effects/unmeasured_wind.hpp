@@ -20,6 +20,7 @@ struct UnmeasuredWind {
       .looks_like = {"wave-drift", "earth-force", "steady-current"},
       .separating_maneuver = "different ship speeds, reciprocal runs, and stopping to drift",
       .search = SearchStart::compass,
+      .differs_by_recording = true,
       .to_ensemble = EnsembleForm::wind_velocity,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{

@@ -23,6 +23,7 @@ struct VaryingCurrent {
       .looks_like = {"steady-current", "sheared-current", "unmeasured-wind"},
       .separating_maneuver = "the same maneuver at another time",
       .formula_sd = 0.0,
+      .differs_by_recording = true,
       .search = SearchStart::course,
   };
   static constexpr std::size_t kCosines = 4;  ///< of the course, with the constant

@@ -31,7 +31,7 @@ struct Actuators {
 };
 
 /// Actuators with the sines and cosines of the rudder angles, which are dear, so that the stages of a time step share
-/// them where the rudders rest.
+/// them where the rudders do not move.
 template <typename T>
 struct ActingActuators {
   static constexpr std::array kRudders{Channel::delta, Channel::delta_p, Channel::delta_s};

@@ -70,6 +70,8 @@ struct AzimuthThruster {
   using Coefficients = AzimuthThrusterCoefficients<double>;
   static constexpr bool drives_ship = true;
   static constexpr std::string_view group = "azimuth", name = "azimuth";
+  static constexpr std::string_view reference =
+      "Oosterveld & van Oossanen (1975), Int. Shipbuilding Progress 22 (251), and actuator-disk momentum (ours)";
   AzimuthThrusterCoefficients<T> c;
   Particulars p;
 

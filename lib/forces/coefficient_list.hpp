@@ -2,12 +2,16 @@
 
 #include <array>
 #include <cstddef>
+#include <string_view>
 
 /// What a module's list of coefficients is written with: it calls visit(name, log_sd, scale) for each coefficient, or
 /// group of them, that is known up to a factor, always in the same order; scale(k) multiplies it by k. The log_sd are
 /// those of docs/gap-locate.md for a model with empirical or regressed coefficients. Names begin with the module's
-/// group.
+/// group. What the coefficients are in the literature says the module's `reference`, one for all of its list.
 namespace leeway {
+
+template <typename M>
+concept HasReference = !std::string_view(M::reference).empty();
 
 template <typename T>
 auto factor_on(T& coefficient) {

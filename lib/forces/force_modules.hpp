@@ -78,6 +78,14 @@ struct ForceModules {
     });
     return result;
   }
+  /// Whether the force of one of them is of the wind, so that it does nothing where none is known.
+  bool is_of_wind(std::string_view group) const {
+    bool result = false;
+    for_each([&]<typename M>(const M& m) {
+      if constexpr (HasWindForce<M>) result = result || m.group == group;
+    });
+    return result;
+  }
   /// Multiplies the force of one of them.
   void scale(std::string_view group, const T& k) {
     for_each([&](auto& m) {

@@ -91,6 +91,8 @@ struct FourQuadrantPropeller {
   using Coefficients = FourQuadrantPropellerCoefficients<double>;
   static constexpr bool drives_ship = true;
   static constexpr std::string_view group = "propeller", name = "four-quadrant";
+  static constexpr std::string_view reference =
+      "public simulator of Osaka University (NAOE-5thLab/mmg-1p1r-simulator c54ef80)";
   FourQuadrantPropellerCoefficients<T> c;
   Particulars p;
 

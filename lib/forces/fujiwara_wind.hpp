@@ -44,6 +44,7 @@ template <typename T>
 struct FujiwaraWind {
   using Coefficients = FujiwaraWindGeometry;
   static constexpr std::string_view group = "wind", name = "fujiwara-1998";
+  static constexpr std::string_view reference = "Fujiwara, Ueno & Nimura (1998), J. SNAJ 183, 77-90";
   FujiwaraWindGeometry g;
   double L;
   T A_front, A_side;                         ///< areas that make the force: A_T and A_L, unless changed [m^2]

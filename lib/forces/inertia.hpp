@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "core/types.hpp"
 #include "forces/coefficient_list.hpp"
 #include "forces/particulars.hpp"
@@ -28,6 +30,7 @@ struct InertiaCoefficients {
 /// Mass properties in SI: m_x, m_y are added mass; I_z is I_zG + J_z about the center of gravity.
 template <typename T>
 struct Inertia {
+  static constexpr std::string_view reference = "Yasukawa & Yoshimura (2015), JMST 20, 37-52";
   T m, m_x, m_y, x_G, I_z;
 
   Inertia(const InertiaCoefficients<double>& c, const Particulars& p) {

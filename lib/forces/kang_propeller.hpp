@@ -70,6 +70,7 @@ struct KangPropeller {
   using Coefficients = KangPropellerCoefficients<double>;
   static constexpr bool drives_ship = true;
   static constexpr std::string_view group = "propeller", name = "kang-2008";
+  static constexpr std::string_view reference = "Kang, Nagarajan, Hasegawa & Sano (2008), JMST 13, 207-222";
   KangPropellerCoefficients<T> c;
   Particulars p;
 

@@ -6,15 +6,18 @@
 #include <variant>
 #include <vector>
 
+#include "forces/coefficient_list.hpp"
 #include "forces/source.hpp"
 #include "io/json.hpp"
 
 namespace leeway {
 
 /// The force modules that a ship may have in one place. A module M<T> has a name, M::Coefficients that read themselves
-/// from JSON, a constructor that takes these and what else its place gives, a force, and a list of coefficients.
+/// from JSON, a constructor that takes these and what else its place gives, a force, and a list of coefficients with
+/// their reference.
 template <template <typename> typename... Module>
 struct ModuleList {
+  static_assert((HasReference<Module<double>> && ...), "a module does not say what its coefficients are");
   template <typename T>
   using Of = std::variant<Module<T>...>;
   using Coefficients = std::variant<typename Module<double>::Coefficients...>;

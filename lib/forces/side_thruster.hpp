@@ -54,6 +54,7 @@ template <typename T>
 struct SideThruster {
   using Coefficients = SideThrusterCoefficients<double>;
   static constexpr std::string_view group = "thruster", name = "kobayashi-1988";
+  static constexpr std::string_view reference = "Kobayashi (1988), in the form of the ensemble paper";
   SideThrusterCoefficients<T> c;
   Particulars p;
   double Fr_per_speed;     ///< 1/sqrt(g L) [s/m]

@@ -79,6 +79,7 @@ template <typename T>
 struct SingleRudder {
   using Coefficients = SingleRudderCoefficients<double>;
   static constexpr std::string_view group = "rudder", name = "single";
+  static constexpr std::string_view reference = "Yasukawa & Yoshimura (2015), JMST 20, 37-52";
   SingleRudderCoefficients<T> c;
   Particulars p;
   double D_P;  ///< of the propeller in front [m]

@@ -65,6 +65,7 @@ template <typename T>
 struct StandardHull {
   using Coefficients = StandardHullCoefficients<double>;
   static constexpr std::string_view group = "hull", name = "mmg-standard";
+  static constexpr std::string_view reference = "Yasukawa & Yoshimura (2015), JMST 20, 37-52";
   static constexpr double kYawRange = 1.0, kDriftRange = 0.5, kAheadRange = 0.8660254037844386;  // r', sin, cos 30 deg
   StandardHullCoefficients<T> c;
   Particulars p;

@@ -89,6 +89,7 @@ struct StandardPropeller {
   using Coefficients = StandardPropellerCoefficients<double>;
   static constexpr bool drives_ship = true;
   static constexpr std::string_view group = "propeller", name = "mmg-standard";
+  static constexpr std::string_view reference = "Yasukawa & Yoshimura (2015), JMST 20, 37-52";
   StandardPropellerCoefficients<T> c;
   Particulars p;
   double per_D_P;  ///< 1/D_P [1/m]

@@ -81,6 +81,7 @@ template <typename T>
 struct StandardRudder {
   using Coefficients = StandardRudderCoefficients<double>;
   static constexpr std::string_view group = "rudder", name = "mmg-standard";
+  static constexpr std::string_view reference = "Yasukawa & Yoshimura (2015), JMST 20, 37-52";
   StandardRudderCoefficients<T> c;
   Particulars p;
   double D_P;  ///< of the propeller in front [m]

@@ -60,6 +60,7 @@ template <typename T>
 struct UnifiedHull {
   using Coefficients = UnifiedHullCoefficients<double>;
   static constexpr std::string_view group = "hull", name = "unified-2009";
+  static constexpr std::string_view reference = "Yoshimura, Nakao & Ishibashi (2009), MARSIM";
   UnifiedHullCoefficients<T> c;
   Particulars p;
   ResistanceLaw<T> resistance_law;

@@ -55,6 +55,7 @@ template <typename T>
 struct VectwinRudders {
   using Coefficients = VectwinRuddersCoefficients<double>;
   static constexpr std::string_view group = "rudder", name = "vectwin-kang-2008";
+  static constexpr std::string_view reference = "Kang, Nagarajan, Hasegawa & Sano (2008), JMST 13, 207-222";
   VectwinRuddersCoefficients<T> c;
   Particulars p;
   double D_P;  ///< of the propeller in front [m]

@@ -40,11 +40,21 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   return found;
 }
 
+// What was found of sensors and conventions.
+SensorsFound sensors_found(const Findings& findings) {
+  SensorsFound found;
+  found.count = findings.conventions.contradicted.size() + findings.audit.faults.size();
+  if (!findings.conventions.contradicted.empty()) found.p_value = 0.0;
+  for (const Fault& fault : findings.audit.faults) found.p_value = std::min(found.p_value, fault.p_value);
+  return found;
+}
+
 // The verdict, and what is claimed.
 void decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
                         const Selection& selection, double false_alarm, double L_pp) {
   const Decision decision =
-      decide({false_alarm, findings.tests, hypotheses_found(comparison, selection, findings.fit, L_pp)});
+      decide({false_alarm, findings.tests, hypotheses_found(comparison, selection, findings.fit, L_pp),
+              sensors_found(findings)});
   explanation.verdict = decision.verdict;
   explanation.p_value = decision.p_value;
   explanation.left_p_value = selection.left_p_value;

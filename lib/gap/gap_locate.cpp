@@ -30,7 +30,7 @@ bool is_grossly_inconsistent(const Findings& findings, const Campaign& campaign,
 // Verdict, reason, and where nothing is, nothing located.
 void decide_findings(Findings& findings, double intervals_p) {
   const TestsFound found = tests_found(findings, intervals_p);
-  const Decision decision = decide({findings.detection.false_alarm, found, std::nullopt});
+  const Decision decision = decide({findings.detection.false_alarm, found, std::nullopt, {}});
   findings.verdict = decision.verdict;
   findings.detection.p_value = decision.p_value;
   findings.detection.reason = reason_text(decision, found, findings);

@@ -6,7 +6,7 @@
 
 namespace leeway {
 
-/// A bow thruster of controllable pitch turns at one speed; what its drive is told, the pitch current i_bt (-1 to 1),
+/// A bow thruster of controllable pitch turns at one speed; the command to its drive, the pitch current i_bt (-1 to 1),
 /// is recorded instead. Models know revolutions: n_bt = (revolutions at i_bt = 1) * i_bt, where the ship's file states
 /// them (`pitch_current` of the actuator n_bt).
 

@@ -19,7 +19,11 @@ namespace {
 std::vector<std::string> kernels_of(const std::string& lines) {
   std::vector<std::string> names;
   std::istringstream stream(lines);
-  for (std::string line; std::getline(stream, line);) names.push_back(io::Json::parse(line).at("kernel"));
+  for (std::string line; std::getline(stream, line);) {
+    const io::Json json = io::Json::parse(line);
+    names.push_back(json.at("kernel"));
+    CHECK(json.at("path") == json.at("kernel"));
+  }
   return names;
 }
 

@@ -329,4 +329,8 @@ TEST_CASE("VecTwin interaction: nothing for parallel rudders, its share and the 
   CHECK_THAT(rudder_force(disturbed, nu, vectwin_actuators(-75.0, 75.0, 0.0))(0), WithinAbs(0.9 * still(0), 1e-12));
   CHECK_THROWS_WITH(Model<double>(with(read_ship("esso-osaka-3m"), "vectwin-interaction", {{"k_interaction", 0.1}})),
                     Contains("vectwin-interaction: the ship has a single rudder"));
+  CHECK_THROWS_WITH(Model<double>(with(read_ship("ferry-40m"), "vectwin-interaction", {{"k_interaction", 0.1}})),
+                    Contains("vectwin-interaction: the ship has no rudders"));
+  CHECK_THROWS_WITH(Model<double>(with(read_ship("ferry-40m"), "thruster-speed-loss", {{"u_c_mps", 2.0}})),
+                    Contains("thruster-speed-loss: the ship has no side thruster"));
 }

@@ -162,7 +162,7 @@ TEST_CASE("next maneuver: the certainty to be expected of two equal alternatives
   CHECK(gap::expected_certainty(Eigen::MatrixXd::Zero(3, 3), {0.2, 0.7, 0.1}, 1) == Approx(0.7).epsilon(1e-9));
 }
 
-TEST_CASE("next maneuver: a propeller that gives less is told from a hull that resists more by a crash stop, no zigzag",
+TEST_CASE("next maneuver: a crash stop, no zigzag, shows whether a propeller gives less or a hull resists more",
           "[gap][long]") {
   Ship truth = read_ship("esso-osaka-3m");
   truth.effects.push_back(effect("fouling", {{"resistance_increase", 0.5}}));
@@ -316,7 +316,7 @@ TEST_CASE("gap-explain: a tug beside another effect is named, and known when it 
     }
 }
 
-TEST_CASE("gap-explain: a tug in each recording is told by recording, and leaves nothing", "[gap][slow]") {
+TEST_CASE("gap-explain: a tug in each recording is reported by recording, and leaves nothing", "[gap][slow]") {
   std::vector<Trajectory> recordings, none;
   const double directions_deg[] = {80.0, 120.0, 80.0}, ends_s[] = {150.0, 133.0, 162.0};
   for (std::uint64_t i = 0; i < 3; ++i) {

@@ -47,7 +47,7 @@ TEST_CASE("gap-locate: a large ship sampled faster than it moves is fitted to a 
   for (int axis = 0; axis < 3; ++axis) CHECK(findings.fit.sigma_w[axis] < 0.01 * findings.fit.typical[axis]);
 }
 
-TEST_CASE("gap-locate: a wind that reads the wrong way round is told by short times or by the fit", "[gap][slow]") {
+TEST_CASE("gap-locate: a wind that reads the wrong way round is found by short times or by the fit", "[gap][slow]") {
   const double wind_mps = GENERATE(0.7, 0.9, 1.2);
   CAPTURE(wind_mps);
   const Ship truth = test::perturbed_ship("vectwin-3m", 0.1, 2);
@@ -67,7 +67,7 @@ TEST_CASE("gap-locate: a wind that reads the wrong way round is told by short ti
 }
 
 // What is left of a bias after it was taken out by the audit's estimate had p-values down to 1e-19.
-TEST_CASE("gap-locate: a heading bias is told with the simulator's help, and leaves no missing physics",
+TEST_CASE("gap-locate: a heading bias is found with the simulator's help, and leaves no missing physics",
           "[gap][slow]") {
   std::size_t told_by_audit = 0;
   for (const std::uint64_t seed : {2, 3}) {

@@ -7,16 +7,6 @@
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
-namespace {
-
-// A vector and nothing else (current, wind, a pull): another one on another day. So is the course of a current.
-bool may_differ(const std::string& effect) {
-  const auto& [info, parameters] = effect_named(effect);
-  if (info.search == SearchStart::course) return true;
-  return parameters.size() == 2 && parameters[0].at_3m.kind == Prior::Kind::rayleigh;
-}
-
-}  // namespace
 
 std::vector<Candidate> candidates_with(const Campaign& campaign, const std::string& effect,
                                        const FreeEffect::Choice& choice) {
@@ -24,7 +14,7 @@ std::vector<Candidate> candidates_with(const Campaign& campaign, const std::stri
   for (const Stretch& stretch : campaign.stretches) recordings.insert(stretch.recording);
   try {
     std::vector<Candidate> result = candidates_of(effect, campaign.ship, {choice});
-    if (may_differ(effect) && !choice.recording && recordings.size() > 1 &&
+    if (effect_named(effect).info.differs_by_recording && !choice.recording && recordings.size() > 1 &&
         recordings.size() <= kPolicy.compare.most_that_differ)
       for (const std::size_t recording : recordings) {
         FreeEffect::Choice there = choice;

@@ -7,11 +7,12 @@
 
 #include "gap/compare/probabilities.hpp"
 #include "gap/compare/tugs.hpp"
+#include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
 
 struct ComparisonOptions {
-  double false_alarm = 0.01;
+  double false_alarm = kPolicy.detect.false_alarm;
   std::size_t jobs = 1;
   bool none_is_possible = true;  ///< that nothing is missing: then its fit has to be as good as the others'
 };

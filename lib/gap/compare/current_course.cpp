@@ -22,7 +22,7 @@ using CourseCovariance = Eigen::Matrix<double, CurrentEffect::kCosines, CurrentE
 constexpr int kQuadrature = static_cast<int>(kPolicy.compare.quadrature),
               kGrid = static_cast<int>(kPolicy.compare.grid);
 
-const Prior& prior_of(std::size_t parameter, const Ship& ship) {
+Prior prior_of(std::size_t parameter, const Ship& ship) {
   return CurrentEffect::parameters[parameter].prior(ship.particulars.L_pp);
 }
 
@@ -141,14 +141,15 @@ std::string path_text(const CurrentPath& path) {
 
 std::vector<FreeEffect::Parameter> current_process(const Ship& ship, const std::vector<FreeEffect>& courses,
                                                    const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) {
-  const Prior &sd_prior = prior_of(CurrentEffect::kSd, ship), &tau_prior = prior_of(CurrentEffect::kTau, ship);
+  const Prior sd_prior = prior_of(CurrentEffect::kSd, ship), tau_prior = prior_of(CurrentEffect::kTau, ship);
   std::vector<double> sds, taus;
   for (int i = 0; i < kGrid; ++i) {
     const double share = (i + 0.5) / kGrid;
     sds.push_back(kPolicy.compare.least_current_sd * sd_prior.high *
                   std::pow(1.0 / kPolicy.compare.least_current_sd, share));
-    taus.push_back(
-        std::clamp(tau_prior.median * std::exp(tau_prior.sd * (6.0 * share - 3.0)), tau_prior.low, tau_prior.high));
+    taus.push_back(std::clamp(tau_prior.median * std::exp(tau_prior.sd * (2.0 * kPolicy.compare.tau_reach_sd * share -
+                                                                          kPolicy.compare.tau_reach_sd)),
+                              tau_prior.low, tau_prior.high));
   }
   std::vector<double> log_weights;
   for (const double tau_s : taus) {

@@ -169,7 +169,7 @@ class Selector {
     if (!events.empty() || errs_grossly(findings_.fit) ||
         findings_.detection.p_value < surely(options_.locate.false_alarm) ||
         std::any_of(located.frames.begin(), located.frames.end(), [](const Frame& frame) {
-          return frame.name == "position" && frame.log_evidence > kPolicy.compare.position_evidence;
+          return frame.is_of_place && frame.log_evidence > kPolicy.compare.position_evidence;
         })) {
       progress(0.73, "banks, fenders, moorings");
       for (const auto& candidate : comparison_.expected_gains_of_places(0, events))
@@ -220,20 +220,18 @@ class Selector {
     const std::vector<double>& stated = selection_.stated;
     const double p_value = findings_.detection.p_value;
     std::size_t& best = selection_.best;
-    // Terms are always likelier than nothing where the forms of the forces are not quite those of the ship.
+    const double rate = options_.locate.false_alarm;
     const auto may_be = [&](std::size_t i) {
-      return !has_terms(hypothesis(i).names()) || (selection_.error >= kPolicy.decide.error_of_forms &&
-                                                   (p_value < surely(options_.locate.false_alarm) ||
-                                                    comparison_.log_odds(i) > kPolicy.compare.strong_terms));
+      return may_be_claimed({has_terms(hypothesis(i).names()), comparison_.log_odds(i), selection_.error, p_value},
+                            rate);
     };
     for (std::size_t i = 1; i < stated.size(); ++i)
       if ((best == 0 || stated[i] > stated[best]) && may_be(i)) best = i;
-    const bool is_likelier = p_value < options_.locate.false_alarm && stated[best] > stated[0];
-    const bool is_certain = is_likelier || comparison_.log_odds(best) > kPolicy.decide.strong_odds;
-    // Where forms of forces that may not be claimed are likelier, an effect imitates them.
-    bool is_another_form = false;
-    for (std::size_t i = 1; i < stated.size(); ++i) is_another_form |= stated[i] > stated[best] && !may_be(i);
-    if (is_certain && !is_another_form && comparison_.holds(best, 0, is_likelier ? 0.0 : 1.0)) selection_.chosen = best;
+    Likeliest likeliest{stated[best], stated[0], 0.0, comparison_.log_odds(best), p_value};
+    for (std::size_t i = 1; i < stated.size(); ++i)
+      if (!may_be(i)) likeliest.of_other_forms = std::max(likeliest.of_other_forms, stated[i]);
+    if (is_certain(likeliest, rate) && comparison_.holds(best, 0, is_likelier(likeliest, rate) ? 0.0 : 1.0))
+      selection_.chosen = best;
     if (selection_.chosen == 0) selection_.left_p_value = p_value;
   }
 
@@ -251,30 +249,26 @@ class Selector {
       if (left.interval.interval) intervals.push_back(*left.interval.interval);
       selection_.error = error_of(comparison_.all()[chosen].fit.noise.sigma_w, intervals);
       if (size >= options_.most_effects) break;
-      // A p-value is against everything that may be left; one effect can be certain where that is not small.
-      const bool is_left = left_p < options_.locate.false_alarm;
+      const double rate = options_.locate.false_alarm;
       std::optional<std::size_t> next;
       auto candidates = comparison_.expected_gains(chosen);
       candidates.resize(std::min(candidates.size(), kPolicy.compare.next_refitted));
       for (const auto& candidate : candidates) {
-        if (is_hopeless(candidate.gain, next, chosen) || (!is_left && candidate.gain < kPolicy.decide.strong_odds))
-          break;
+        if (is_hopeless(candidate.gain, next, chosen) || !may_be_added(left_p, candidate.gain, rate)) break;
         if (const auto added = comparison_.add(chosen, candidate.starts))
           if (!next || evidence(*added) > evidence(*next)) next = added;
       }
       const std::vector<std::string> names = hypothesis(chosen).names();
-      if (left.interval.interval && left.interval.p_value < surely(options_.locate.false_alarm) &&
+      if (left.interval.interval && left.interval.p_value < surely(rate) &&
           std::none_of(names.begin(), names.end(),
                        [](const std::string& name) { return bound_to(name) == BoundTo::time; }))
         if (const auto added = add_in_intervals(chosen, {*left.interval.interval}))
           if (!next || evidence(*added) > evidence(*next)) next = added;
-      selection_.is_negligible = -std::log(std::max(left_p, kPolicy.compare.least_p)) <
-                                 kPolicy.compare.negligible_share * (evidence(chosen) - evidence(0));
-      // Likelier, but not shown to help: not claimed, and no unknown either.
-      selection_.is_negligible |= left_p >= surely(options_.locate.false_alarm) && next &&
-                                  comparison_.log_odds(*next) > comparison_.log_odds(chosen);
+      LeftBeside beside{left_p, evidence(chosen) - evidence(0), selection_.error, std::nullopt};
+      if (next) beside.log_odds_of_next = comparison_.log_odds(*next) - comparison_.log_odds(chosen);
+      selection_.is_negligible = is_negligible(beside, rate);
       if (!next || !comparison_.holds(*next, chosen, left_p)) break;
-      if (!is_left && comparison_.log_odds(*next) - comparison_.log_odds(chosen) < kPolicy.decide.strong_odds) break;
+      if (!may_be_added(left_p, *beside.log_odds_of_next, rate)) break;
       chosen = *next;
       selection_.is_negligible = false;
     }
@@ -283,9 +277,9 @@ class Selector {
   /// What the catalogue does not hold beside what was chosen, in a few terms.
   void take_terms() {
     const std::size_t chosen = selection_.chosen;
-    if (chosen == 0 || selection_.left_p_value >= surely_beside(options_.locate.false_alarm) ||
-        selection_.is_negligible || selection_.error < kPolicy.decide.error_of_forms ||
-        has_terms(hypothesis(chosen).names()))
+    const LeftBeside left{selection_.left_p_value, 0.0, selection_.error, std::nullopt};
+    if (chosen == 0 || has_terms(hypothesis(chosen).names()) ||
+        !may_have_terms(left, selection_.is_negligible, options_.locate.false_alarm))
       return;
     progress(0.86, "terms for what is left");
     const auto added =

@@ -7,6 +7,7 @@
 
 #include "gap/decide/decide.hpp"
 #include "gap/sensors/audit.hpp"
+#include "gap/sensors/sensor_faults.hpp"
 
 namespace leeway::gap {
 
@@ -20,13 +21,9 @@ void share_rate(Audit& audit) {
 
 bool is_faint(const Fault& fault, double false_alarm) { return fault.p_value >= tests() * false_alarm * false_alarm; }
 
-bool is_early(const Fault& fault) {
-  return fault.name.ends_with("-latency") && fault.name != "position-latency" && fault.parameters.front().value < 0.0;
-}
+bool is_early(const Fault& fault) { return traits_of(fault.name).is_late_only && fault.parameters.front().value < 0.0; }
 
-bool can_be_compared(const Fault& fault) {
-  return fault.name == "lever-arm" || fault.name.ends_with("-bias") || fault.name.ends_with("-scale");
-}
+bool can_be_compared(const Fault& fault) { return traits_of(fault.name).shows_in_forces; }
 
 std::vector<Fault> suspects_of(const Audit& audit) {
   std::vector<Fault> suspects;
@@ -56,22 +53,19 @@ double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajecto
   double sum = 0.0;
   for (const Fault& fault : faults)
     for (const Estimate& scale : fault.parameters) {
-      const Channel channel = scale.name == "log_scale"        ? Channel::u
-                              : scale.name == "sway_log_scale" ? Channel::vm
-                              : scale.name == "rate_scale"     ? Channel::r
-                                                               : Channel::t;
-      if (channel == Channel::t) continue;
+      const FaultParameterInfo* parameter = find_fault_parameter(scale.name);
+      if (parameter == nullptr || !parameter->scaled) continue;
       for (const Trajectory& recording : recordings)
-        sum -= std::log1p(scale.value) *
-               static_cast<double>(std::count_if(recording[channel].begin(), recording[channel].end(),
-                                                 [](double value) { return std::isfinite(value); }));
+        sum -= std::log1p(scale.value) * static_cast<double>(std::count_if(
+                                             recording[*parameter->scaled].begin(), recording[*parameter->scaled].end(),
+                                             [](double value) { return std::isfinite(value); }));
     }
   return sum;
 }
 
 void refine(std::vector<Fault>& faults, const std::function<double(const std::vector<Fault>&)>& evidence_of) {
   const std::vector<Fault> of_audit = faults;
-  for (int round = 0; round < 2; ++round)
+  for (int round = 0; round < kPolicy.decide.refined_rounds; ++round)
     for (std::size_t f = 0; f < faults.size(); ++f) {
       if (!can_be_compared(faults[f])) continue;
       std::vector<Estimate>& numbers = faults[f].parameters;

@@ -6,6 +6,7 @@
 
 #include "gap/compare/comparison.hpp"
 #include "gap/sensors/conventions.hpp"
+#include "gap/sensors/readings.hpp"
 
 namespace leeway::gap {
 
@@ -27,7 +28,8 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
   const double as_stated = log_evidence(fit);
   double least = kPolicy.decide.far_likelier;
   for (const Reading& reading : conventions.tested) {
-    const bool is_wind = reading.recording.empty() && (reading.name == "wind-to" || reading.name == "apparent");
+    const ReadingEntry* entry = find_reading(reading.channel, reading.name);
+    const bool is_wind = reading.recording.empty() && entry != nullptr && entry->asks_fit;
     if (!campaign.has_wind || !is_wind || reading.log_odds < -kPolicy.decide.open_reading) continue;
     Campaign otherwise = campaign;
     for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {

@@ -50,7 +50,7 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
   if (verdict == Verdict::mismatch && !h.is_named && (!errs || tests_p >= surely(rate))) verdict = Verdict::undecided;
   // Likelier than nothing, but not shown.
   if (verdict == Verdict::no_mismatch && h.is_likelier) verdict = Verdict::undecided;
-  if (verdict != Verdict::mismatch || (!h.is_named && tests_p >= rate)) return;
+  if (verdict != Verdict::mismatch) return;
 
   decision.is_complete = h.is_named && (h.left_p >= rate || h.is_negligible);
   decision.claims_names = h.is_named && (decision.is_complete || !errs || h.taken_share > limits.unexplained ||
@@ -68,6 +68,10 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
 Decision decide(const Found& found, const Policy& policy) {
   Decision decision = decide_tests(found, policy);
   if (found.hypotheses) decide_hypotheses(*found.hypotheses, found.false_alarm, policy, decision);
+  if (found.sensors.count > 0) {
+    decision.verdict = Verdict::mismatch;
+    decision.p_value = std::min(decision.p_value, found.sensors.p_value);
+  }
   return decision;
 }
 
@@ -84,12 +88,43 @@ bool holds(const Rivals& r, double false_alarm, const Policy& policy) {
   // What a coefficient could do as well, if it were far off what is stated, predicts no better: it is likelier alone.
   // Terms are likelier wherever forms of forces differ.
   const bool has_strong_names = r.log_odds > of.strong_odds_beside && !r.has_terms;
-  if (r.against_nothing && r.log_odds > limits.strong_odds && has_strong_names) return r.gain > -of.gain_sd * r.gain_sd;
+  if (r.against_nothing && r.log_odds > limits.strong_odds && has_strong_names)
+    return r.gain > -limits.heldout_sd * r.gain_sd;
   const double least = has_strong_names ? 0.0
                        : r.p_value < surely(false_alarm) || r.log_odds > of.strong_odds_beside
                            ? limits.heldout_sd_if_certain
-                           : of.gain_sd;
+                           : limits.heldout_sd;
   return r.gain > 0.0 && r.gain > least * r.gain_sd;
+}
+
+bool may_be_claimed(const Contender& c, double false_alarm, const Policy& policy) {
+  return !c.has_terms || (c.error_share >= policy.decide.error_of_forms &&
+                          (c.p_value < surely(false_alarm) || c.log_odds > policy.compare.strong_terms));
+}
+
+bool is_likelier(const Likeliest& best, double false_alarm) {
+  return best.p_value < false_alarm && best.probability > best.of_nothing;
+}
+
+bool is_certain(const Likeliest& best, double false_alarm, const Policy& policy) {
+  return (is_likelier(best, false_alarm) || best.log_odds > policy.decide.strong_odds) &&
+         !(best.of_other_forms > best.probability);
+}
+
+bool is_negligible(const LeftBeside& left, double false_alarm, const Policy& policy) {
+  const ComparePolicy& limits = policy.compare;
+  const bool is_little = -std::log(std::max(left.p_value, limits.least_p)) < limits.negligible_share * left.evidence;
+  const bool is_only_likelier = left.log_odds_of_next && *left.log_odds_of_next > 0.0;
+  return is_little || (left.p_value >= surely(false_alarm) && is_only_likelier);
+}
+
+bool may_be_added(double left_p, double gain, double false_alarm, const Policy& policy) {
+  return left_p < false_alarm || gain >= policy.decide.strong_odds;
+}
+
+bool may_have_terms(const LeftBeside& left, bool is_negligible, double false_alarm, const Policy& policy) {
+  return left.p_value < surely_beside(false_alarm) && !is_negligible &&
+         left.error_share >= policy.decide.error_of_forms;
 }
 
 }  // namespace leeway::gap

@@ -9,10 +9,17 @@
 /// The one place where verdicts are made: a pure function of what the stages found. Reports state it.
 namespace leeway::gap {
 
+/// Faults of sensors, and conventions that recordings contradict.
+struct SensorsFound {
+  std::size_t count = 0;
+  double p_value = 1.0;  ///< the smallest of them, once families share the rate; 0 of a convention
+};
+
 struct Found {
-  double false_alarm = 0.01;  ///< the rate that the verdict keeps
+  double false_alarm = kPolicy.detect.false_alarm;  ///< the rate that the verdict keeps
   TestsFound tests;
   std::optional<HypothesesFound> hypotheses;  ///< of gap-explain
+  SensorsFound sensors;                       ///< likewise: gap-locate's verdict is of the forces alone
 };
 
 /// Why the tests lead to their verdict.
@@ -42,7 +49,8 @@ struct Decision {
   bool is_complete = true;      ///< whether nothing significant is left beside what was chosen
 };
 
-/// The verdict of gap-locate; where hypotheses were compared, that of gap-explain.
+/// The verdict of gap-locate; where hypotheses were compared, that of gap-explain. With a fault of a sensor something
+/// is wrong, whatever is found of the forces.
 Decision decide(const Found& found, const Policy& policy = kPolicy);
 
 /// Whether parameters are so far off, and so much is left, that this may be another ship.
@@ -68,5 +76,46 @@ struct Rivals {
 /// Whether the better one is likelier, predicts what was left out better beyond chance, and has no needless effect:
 /// where p is tiny or the odds are strong, one standard error is enough; where the odds for a name are strong, none.
 bool holds(const Rivals& rivals, double false_alarm, const Policy& policy = kPolicy);
+
+/// One of the hypotheses when the likeliest is taken.
+struct Contender {
+  bool has_terms = false;    ///< for what the catalogue does not hold
+  double log_odds = 0.0;     ///< against nothing missing [nats]
+  double error_share = 0.0;  ///< model error by the typical acceleration, where nothing is missing
+  double p_value = 1.0;      ///< of the tests for effects
+};
+/// Whether it may be claimed: terms are always likelier than nothing where the forms of the forces are not quite those
+/// of the ship.
+bool may_be_claimed(const Contender& contender, double false_alarm, const Policy& policy = kPolicy);
+
+/// The likeliest that may be claimed, and what it is compared with.
+struct Likeliest {
+  double probability = 0.0, of_nothing = 0.0;  ///< as stated
+  double of_other_forms = 0.0;                 ///< the largest of those that may not be claimed; 0: there are none
+  double log_odds = 0.0;                       ///< against nothing missing [nats]
+  double p_value = 1.0;                        ///< of the tests for effects
+};
+/// Whether the tests see something, and it is likelier than nothing.
+bool is_likelier(const Likeliest& best, double false_alarm);
+/// Whether it is claimed if it holds against nothing: not where forms of forces that may not be claimed are likelier,
+/// since then an effect imitates them.
+bool is_certain(const Likeliest& best, double false_alarm, const Policy& policy = kPolicy);
+
+/// What is left beside what is named.
+struct LeftBeside {
+  double p_value = 1.0;
+  double evidence = 0.0;                   ///< of what is named, against nothing missing [nats]
+  double error_share = 0.0;                ///< model error beside it, by the typical acceleration
+  std::optional<double> log_odds_of_next;  ///< of the likeliest with one effect more, against it [nats]
+};
+/// Whether that is not worth a word: little beside what is named; or likelier with one effect more that is not shown to
+/// help, which is not claimed, and is no unknown either.
+bool is_negligible(const LeftBeside& left, double false_alarm, const Policy& policy = kPolicy);
+/// Whether one effect more is asked for: where something is left, or where that effect is certain by itself. A p-value
+/// is against everything that may be left.
+///   gain  of evidence or log-odds by that effect [nats]
+bool may_be_added(double left_p, double gain, double false_alarm, const Policy& policy = kPolicy);
+/// Whether what is left is asked for in terms of what the catalogue does not hold.
+bool may_have_terms(const LeftBeside& left, bool is_negligible, double false_alarm, const Policy& policy = kPolicy);
 
 }  // namespace leeway::gap

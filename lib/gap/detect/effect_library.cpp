@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/statistics.hpp"
 #include "gap/filter/reference_units.hpp"
 #include "gap/policy/policy.hpp"
 
@@ -96,10 +97,7 @@ Identifiable::Identifiable(const Campaign& campaign) : keeps_course_(!campaign.e
     std::erase_if(values, [](double value) { return std::isnan(value); });
     if (values.empty()) return std::numeric_limits<double>::infinity();
     std::sort(values.begin(), values.end());
-    const auto at = [&](double share) {
-      return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-    };
-    return at(1.0 - kPolicy.detect.tail_share) - at(kPolicy.detect.tail_share);
+    return quantile(values, 1.0 - kPolicy.detect.tail_share) - quantile(values, kPolicy.detect.tail_share);
   };
   for (const Stretch& stretch : campaign.stretches) {
     std::vector<double> heading;

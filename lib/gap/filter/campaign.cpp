@@ -85,7 +85,9 @@ Vec6 correlation_s(const std::vector<Trajectory>& recordings, const FroudeScale&
     for (std::size_t c = 0; c < kMeasured.size(); ++c)
       if (kMeasured[c] == quality.channel) result[static_cast<Eigen::Index>(c)] = quality.correlation_s;
   }
-  if (4 * correlated.size() < 3 * judged || correlated.empty()) return result;
+  if (static_cast<double>(correlated.size()) < kPolicy.filter.correlated_share * static_cast<double>(judged) ||
+      correlated.empty())
+    return result;
   for (std::size_t c = 0; c < kMeasured.size(); ++c)
     if (kMeasured[c] == Channel::psi || kMeasured[c] == Channel::r)
       result[static_cast<Eigen::Index>(c)] = median(correlated);
@@ -98,10 +100,11 @@ void leave_out_repeated_noise(Campaign& campaign) {
   const Vec6 correlation = correlation_s(campaign.recordings, FroudeScale(campaign.ship.particulars.L_pp));
   std::map<double, std::vector<std::string>> thinned;
   for (Eigen::Index c = 0; c < correlation.size(); ++c) {
-    const double every = std::min(std::ceil(kPolicy.filter.independent * correlation[c] / campaign.step_s - 0.25),
-                                  kPolicy.filter.most_left_out);
+    const double every = std::min(
+        std::ceil(kPolicy.filter.independent * correlation[c] / campaign.step_s - kPolicy.filter.nearly_a_step),
+        kPolicy.filter.most_left_out);
     if (every < 2.0) continue;
-    const double apart_s = (every - 0.25) * campaign.step_s;
+    const double apart_s = (every - kPolicy.filter.nearly_a_step) * campaign.step_s;
     for (Stretch& stretch : campaign.stretches) {
       double last_s = -std::numeric_limits<double>::infinity();
       for (std::size_t k = 0; k < stretch.size(); ++k) {

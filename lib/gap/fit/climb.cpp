@@ -102,7 +102,7 @@ bool Climb::until_converged(int most_iterations, Judged judged) {
       if (!judges) take_events();
     }
     // Once more when events no longer hide them.
-    if (judges && (iteration == 2 || iteration == 6)) leave_out_outliers();
+    if (judges && std::ranges::count(kPolicy.fit.outliers_at, iteration) > 0) leave_out_outliers();
     if (options_.progress)
       options_.progress(1.0 - 1.0 / (1.0 + 0.3 * fit_.report.iterations),
                         fmt::format("parameters still move by {:.2g} sd", moved));

@@ -9,6 +9,7 @@
 
 #include "core/errors.hpp"
 #include "core/random.hpp"
+#include "core/statistics.hpp"
 #include "core/units.hpp"
 #include "gap/policy/policy.hpp"
 
@@ -34,7 +35,7 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& ch
   const auto prior = [&](const EffectParameter& p) {
     const auto other = choice.priors.find(std::string(p.name));
     if (other != choice.priors.end()) return other->second;
-    const Prior& stated = p.prior(ship.particulars.L_pp);
+    const Prior stated = p.prior(ship.particulars.L_pp);
     if (stated.kind != Prior::Kind::log_normal || p.off != 1.0) return stated;
     return log_normal(stated.median, std::max(stated.sd, kPolicy.fit.factor_log_sd),
                       std::max(p.low, kPolicy.fit.least_factor), std::min(p.high, kPolicy.fit.most_factor));
@@ -197,11 +198,8 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
     std::sort(x.begin(), x.end());
     double square = 0.0;
     for (const double value : x) square += (value - best[i]) * (value - best[i]);
-    const auto quantile = [&](double share) {
-      return x[static_cast<std::size_t>(share * (kPolicy.fit.posterior_draws - 1))];
-    };
     result.push_back({std::string(parameters_[i].name), best[i], std::sqrt(square / kPolicy.fit.posterior_draws),
-                      quantile(0.025), quantile(0.975)});
+                      quantile(x, 0.025), quantile(x, 0.975)});
   };
   for (const Coordinate& c : coordinates_) {
     add(c.parameter);

@@ -2,6 +2,7 @@
 
 #include "gap/fit/hypothesis.hpp"
 #include "gap/fit/levels.hpp"
+#include "gap/policy/policy.hpp"
 #include "gap/result/findings.hpp"
 
 namespace leeway::gap {
@@ -24,7 +25,7 @@ struct FittedNull {
 
 struct FitOptions {
   std::size_t jobs = 1;
-  int most_iterations = 30;
+  int most_iterations = static_cast<int>(kPolicy.fit.most_iterations);
   std::function<void(double done, const std::string& note)> progress = {};  ///< done in 0..1
 };
 

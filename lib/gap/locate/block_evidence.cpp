@@ -158,7 +158,7 @@ std::vector<Module> modules_of(const Campaign& campaign, const FittedNull& fit) 
   apply_uncertainty(null, fit.theta);
   std::vector<Module> modules;
   for (const std::string& name : null.modules()) {
-    if (name == "wind" && !campaign.has_wind) continue;
+    if (null.is_of_wind(name) && !campaign.has_wind) continue;
     modules.push_back({name, null});
     modules.back().scaled.scale_module(name, 1.0 + kPolicy.locate.gain_step);
   }

@@ -11,6 +11,7 @@ namespace {
 struct FramePatterns {
   std::string name;
   std::vector<Pattern> patterns;
+  bool is_of_place = false;
 };
 
 template <typename Value>
@@ -54,7 +55,7 @@ FramePatterns by_water_speed() {
 }
 
 FramePatterns by_position() {
-  FramePatterns frame{"position", {}};
+  FramePatterns frame{"position", {}, true};
   for (int axis = 0; axis < 3; ++axis) {
     frame.patterns.push_back(along(axis, [](const Moment& m) { return m.x0; }));
     frame.patterns.push_back(along(axis, [](const Moment& m) { return m.y0; }));
@@ -111,7 +112,7 @@ std::vector<Frame> frames_of(const Campaign& campaign, const FittedNull& fit,
     M.diagonal().array() += 1.0;  // strengths ~ N(0, reference acceleration^2)
     const Eigen::LLT<Eigen::MatrixXd> factor(M);
     frames.push_back({frame.name, 0.5 * b.dot(factor.solve(b)) - factor.matrixLLT().diagonal().array().log().sum(),
-                      share_of(evidence, residual, first, count, -1)});
+                      share_of(evidence, residual, first, count, -1), frame.is_of_place});
     first += count;
   }
   std::sort(frames.begin(), frames.end(),

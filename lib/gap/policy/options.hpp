@@ -22,8 +22,8 @@ struct GapLocateOptions {
 
 struct GapExplainOptions {
   GapLocateOptions locate;
-  std::size_t refitted = 6;      ///< effects that are fitted without linearization
-  std::size_t most_effects = 4;  ///< at a time
+  std::size_t refitted = kPolicy.compare.refitted;          ///< effects that are fitted without linearization
+  std::size_t most_effects = kPolicy.compare.most_effects;  ///< at a time
 };
 
 }  // namespace leeway::gap

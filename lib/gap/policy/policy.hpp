@@ -95,6 +95,20 @@ struct SensorsPolicy {
   std::size_t wind_samples = 400;  ///< [samples] of a recording in which true and apparent wind are compared | origin: choice, time
   std::size_t most_wind_blocks = 8;  ///< [blocks] of a recording for it | origin: choice
   std::size_t fewest_windows_of_block = 2;  ///< [windows] | origin: choice
+  double one_point_s = 0.15;  ///< [s] at 3 m: sampling time below which one Gauss point integrates a step | origin: choice
+  double two_points_s = 0.3;  ///< [s] at 3 m: below which two do, and above three | origin: choice
+  double samples_of_window = 4.0;  ///< [samples] that a window lasts at least | origin: choice
+  double node_samples = 0.51;  ///< [samples] to each side of a node at least, so that one lies within | origin: choice, half of one and rounding
+  std::int64_t reconsidered_rounds = 3;  ///< [rounds] in which each chosen fault is compared with all others anew | origin: choice, time
+  std::size_t fewest_for_noise = 4;  ///< [pieces] of a channel, for the correlation and the size of its noise | origin: choice
+  std::int64_t bisections = 40;  ///< [steps] that halve the range of a correlation | origin: choice, far below rounding
+  double prior_heading_bias_deg = 20.0;  ///< [deg] prior sd of a heading's bias | origin: choice, wide
+  double prior_lever_m = 30.0;  ///< [m] at 3 m: of a lever arm | origin: choice, wide
+  double prior_scale = 0.3;  ///< [-] of a factor of speeds or of the yaw rate | origin: choice, wide
+  double prior_log_bias_mps = 1.0;  ///< [m/s] at 3 m: of an offset of speeds | origin: choice, wide
+  double prior_current_mps = 1.5;  ///< [m/s] at 3 m: of each component of a current | origin: choice, wide
+  double prior_delay_s = 3.0;  ///< [s] at 3 m: of a latency, and of the lag of a filter | origin: choice, wide
+  double prior_rate_bias_degps = 1.0;  ///< [deg/s] at 3 m: of a yaw rate's bias | origin: choice, wide
 };
 
 /// Campaign and filter.
@@ -127,6 +141,8 @@ struct FilterPolicy {
   double chord = 0.1;  ///< [-] of the speed and of coefficients: about how well they are known | origin: choice
   double switching_mps2 = 3e-5;  ///< [m/s^2] of an acceleration that a switch changes, from which on a step counts as one in which the model switches | origin: choice
   double tangent = 0.01;  ///< [-] of the chord | origin: choice
+  double correlated_share = 0.75;  ///< [-] of the judged channels: with fewer correlated ones, none is thinned | origin: choice
+  double nearly_a_step = 0.25;  ///< [steps] of the grid by which a distance may fall short of a whole number of them | origin: choice
   std::size_t first_points = 5;  ///< [points] that the filter needs before its path is followed | origin: choice
 };
 
@@ -166,6 +182,8 @@ struct FitPolicy {
   std::int64_t free_steps = 8;  ///< [iterations] in which steps need not make the recordings likelier | origin: choice
   std::int64_t events_fixed = 14;  ///< [iterations] after which events stay what they are | origin: choice
   double level_reach = 1.5;  ///< [ln] of a level: paths are renewed before one goes farther | origin: choice
+  std::int64_t most_iterations = 30;  ///< [iterations] of a fit | origin: choice, time
+  std::array<std::int64_t, 2> outliers_at{2, 6};  ///< [iterations] in which outliers are left out: at first, and once events no longer hide them | origin: choice
   std::size_t posterior_draws = 4000;  ///< [draws] for intervals of parameters that are no linear function of z | origin: choice, time
   double factor_log_sd = 0.6;  ///< [ln] least prior sd of a factor: stated coefficients have their own uncertainty already | origin: choice
   double least_factor = 0.02;  ///< [-] bound of a factor | origin: choice
@@ -268,7 +286,6 @@ struct ComparePolicy {
   double least_current_sd = 0.02;  ///< [-] of the greatest sd of a varying current: from there the grid of its sd begins | origin: choice
   double far_behind_best_start = 5.0;  ///< [nats] of expected gain behind the best start: not tried | origin: choice, time
   double worse_than_without = 2.0;  ///< [nats] below the fit without an effect: it has converged to a worse optimum | origin: choice
-  double gain_sd = 2.0;  ///< [sd] by which what was held out must be predicted better | origin: choice, one-sided 2 %
   double strong_odds_beside = 5.0;  ///< [nats] posterior odds of one hypothesis against another that count as strong: 150 to 1 | origin: choice
   double worth_a_name = 0.02;  ///< [-] of the typical acceleration that a further effect must take away where no more is left than inputs between samples make | origin: choice
   double converged_gain = 0.5;  ///< [nats] by which a fit may still gain | origin: choice
@@ -279,7 +296,7 @@ struct ComparePolicy {
   double unexcited = 0.01;  ///< [nats] of evidence: an effect that changes less is not excited | origin: choice
   std::int64_t refit_iterations = 20;  ///< [iterations] of a fit with effects | origin: choice, time
   double far_below = 0.2;  ///< [-] of the model error, from which a fit is begun anew | origin: choice
-  std::size_t few_points = 10000;  ///< [points] a sample of about so many of a longer campaign: on it fits are begun anew to see whether that gains, and places are screened | origin: choice, time
+  std::size_t few_points = 10000;  ///< [points] beyond, an approximation: only a sample of about so many says whether a fit begun anew gains, and which places may act; evidence is always that of all | origin: choice, time
   std::int64_t most_continuations = 5;  ///< [fits] that continue one that has not converged | origin: choice, time
   double identifiable_share = 0.5;  ///< [-] of the sampling time: rudders that are later by less are not identifiable | origin: theory, what they do between samples is not recorded
   std::size_t most_that_differ = 8;  ///< [recordings] in which an effect may differ | origin: choice, time
@@ -300,6 +317,8 @@ struct ComparePolicy {
   double anchor_lengths = 2.0;  ///< [L_pp] beyond the tracks within which anchors are sought | origin: choice
   double slack_sd = 0.5;  ///< [-] of a line's greatest length: prior sd of its slack | origin: choice
   double prior_reach_sd = 8.0;  ///< [sd] hard bounds of priors of places | origin: choice
+  std::size_t refitted = 6;  ///< [effects] that are fitted without linearization | origin: choice, time; the default of an option
+  std::size_t most_effects = 4;  ///< [effects] at a time | origin: choice, time; the default of an option
   std::size_t always_refitted = 3;  ///< [effects] with the largest expected gains that are always fitted | origin: choice
   std::size_t next_refitted = 4;  ///< [effects] that are fitted beside what was chosen | origin: choice, time
   double hopeless_share = 0.5;  ///< [-] of the evidence that was gained: what is expected to gain less is not fitted any more | origin: choice, time
@@ -317,6 +336,7 @@ struct ComparePolicy {
   std::size_t refitted_beside = 3;  ///< [effects] that are tested anew with noise levels that fit them, beside what was chosen | origin: choice, time
   std::int64_t quadrature = 60;  ///< [points] in time of a course's covariance | origin: choice
   std::int64_t grid = 40;  ///< [values] of the standard deviation and of the time constant of a varying current | origin: choice
+  double tau_reach_sd = 3.0;  ///< [prior sd] of the logarithm of a time constant that the grid covers to each side | origin: choice
   double widest_sd = 8.0;  ///< [sd] of the process's prior that the grid covers | origin: choice
 };
 
@@ -325,7 +345,7 @@ struct DecidePolicy {
   double families = 3.0;  ///< [-] families of tests that share the rate of false alarms: of the sensors, for effects, for intervals | origin: theory, Bonferroni
   double alarms_by_rate = 2.5;  ///< [-] alarms where nothing is missing, by the stated rate | origin: measured, 500 cases of other formulas (docs/proof.md)
   double nearly = 5.0;  ///< [-] p-values up to this times the rate leave it open | origin: choice
-  double heldout_sd = 2.0;  ///< [sd] by which an effect must predict better what was held out | origin: choice, one-sided 2 %
+  double heldout_sd = 2.0;  ///< [sd] by which an effect must predict better what was held out, tested alone or compared with another hypothesis | origin: choice, one-sided 2 %
   double heldout_sd_if_certain = 1.0;  ///< [sd] the same where p is below the square of the rate | origin: choice
   double error_of_inputs = 0.05;  ///< [-] of the typical acceleration: what inputs between the samples can make | origin: measured, noise-free simulations sampled at 1 Hz
   double errs_as_much = 0.7;  ///< [-] model error by typical acceleration above which little is predicted at all | origin: choice
@@ -347,12 +367,14 @@ struct DecidePolicy {
   double suspected_p = 0.2;  ///< [-] p-value of a fault about which the simulator is asked | origin: choice
   std::size_t most_suspects = 2;  ///< [faults] about which it is asked | origin: choice, time
   double refined_step_sd = 0.5;  ///< [sd] of the audit by which a fault's number is moved for the parabola | origin: choice
+  std::int64_t refined_rounds = 2;  ///< [rounds] over all faults in which their numbers are moved | origin: choice, time
   double refined_limit_sd = 2.0;  ///< [sd] of the audit within which it stays | origin: choice
 };
 
 /// Free runs, stated probabilities, next maneuvers.
 struct ShowPolicy {
   std::array<std::int64_t, 3> horizons_s{30, 100, 300};  ///< [s] lengths of free runs | origin: choice, part of the format of report.json
+  std::int64_t shown_horizon_s = 100;  ///< [s] length of the free runs that summary and page show | origin: choice, one of them
   double most_speed_mps = 1e3;  ///< [m/s] beyond which a run has diverged | origin: choice, no ship is as fast
   double time_tolerance_s = 1e-9;  ///< [s] by which a free run may be longer | origin: choice, rounding
   double least_error = 1e-12;  ///< [m/s, deg/s, m] floor of an error before its logarithm | origin: choice, rounding
@@ -372,17 +394,24 @@ struct ShowPolicy {
   double orders_s = 200.0;  ///< [s] at 3 m, times sqrt(L): of random orders and of thruster pulses | origin: choice
   double turning_rudder_deg = 35.0;  ///< [deg] of a turning circle | origin: theory, IMO MSC.137(76) asks for 35 deg
   double pull_out_rudder_deg = 20.0;  ///< [deg] before a pull-out | origin: choice
+  double decisive = 0.95;  ///< [-] expected probability of the right name from which on a maneuver decides: of those the shortest is named | origin: choice
+  double worthwhile_gain = 0.02;  ///< [-] of that probability: a maneuver that gains less is not recommended | origin: choice
   double not_excluded = 0.3;  ///< [-] of its probability: what is not excluded against a hypothesis | origin: choice
   double possible = 0.01;  ///< [-] probability that is worth a word | origin: choice
   double other_form = 0.2;  ///< [-] of what is called unknown: how often it is an effect of the catalogue that acts in another form | origin: measured, docs/proof.md
   double student95 = 2.776;  ///< [sd] reach of intervals of 95 %: Student's with four degrees of freedom | origin: measured, 142 intervals of two sealed runs
-  double normal95 = 1.960;  ///< [sd] the same of a normal distribution | origin: theory
+  double normal95 = 1.960;  ///< [sd] the same of a normal distribution | origin: theory, as far as reports use it
   double least_sd = 1e-12;  ///< [s] floor of a delay's sd before dividing by it | origin: choice, rounding
 };
 
 /// What a report shows.
 struct ReportPolicy {
   double least_evidence = 3.0;  ///< [nats] below which the summary says nothing of a frame or a module | origin: choice
+  double beyond_hull_L = 0.5;  ///< [L_pp] from midship: a line of action farther off is called a turning moment | origin: theory, the hull ends there
+  double shifted_sd = 2.0;  ///< [sd] as stated, and as fitted, by which a coefficient must be off to be listed | origin: choice, 5 %
+  std::size_t line_width = 100;  ///< [characters] of a line of the summary | origin: choice
+  std::size_t label_width = 12;  ///< [characters] of its labels | origin: choice
+  std::int64_t most_decimals = 6;  ///< [digits] of a number in a sentence | origin: choice
   std::size_t points_per_line = 1500;  ///< [points] of a line in the page, about the pixels of a wide screen | origin: choice
   std::size_t points_in_all = 20000;  ///< [points] per axis: keeps a page of many recordings below 3 MB | origin: measured
 };

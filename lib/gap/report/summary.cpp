@@ -10,12 +10,12 @@
 #include "core/units.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/report/words.hpp"
+#include "gap/show/next_maneuver.hpp"
 
 namespace leeway::gap {
 namespace {
 
-constexpr std::size_t kLineWidth = 100, kLabel = 12;
-constexpr double kToldApart = 0.95, kTelling = 0.02;  // probability of the right name, and a gain in it
+constexpr std::size_t kLineWidth = kPolicy.report.line_width, kLabel = kPolicy.report.label_width;
 
 // Characters, not bytes: UTF-8 continuation bytes do not count.
 std::size_t length(std::string_view text) {
@@ -118,12 +118,13 @@ void add_where(Screen& screen, const Findings& findings) {
                 1);
   }
   if (const auto& line = located.line_of_action)
-    screen.item(
-        "Acts at",
-        fmt::format("{} ship lengths {} of midship{}", with_sd(std::abs(line->value), line->sd),
-                    line->value < 0.0 ? "astern" : "ahead",
-                    std::abs(line->value) > 0.5 ? " (beyond the hull: a turning moment more than a force)" : ""),
-        1);
+    screen.item("Acts at",
+                fmt::format("{} ship lengths {} of midship{}", with_sd(std::abs(line->value), line->sd),
+                            line->value < 0.0 ? "astern" : "ahead",
+                            std::abs(line->value) > kPolicy.report.beyond_hull_L
+                                ? " (beyond the hull: a turning moment more than a force)"
+                                : ""),
+                1);
   if (!located.intervals.empty())
     screen.item("When",
                 first_of(located.intervals, 3, 3,
@@ -191,7 +192,9 @@ void add_sensors(Screen& screen, const Findings& findings) {
 void add_parameters(Screen& screen, const std::vector<ParameterShift>& parameters) {
   std::vector<ParameterShift> moved;
   for (const ParameterShift& p : parameters)
-    if (std::abs(p.shift_sd) > 2.0 && std::abs(std::log(p.factor)) > 2.0 * p.factor_sd / p.factor) moved.push_back(p);
+    if (std::abs(p.shift_sd) > kPolicy.report.shifted_sd &&
+        std::abs(std::log(p.factor)) > kPolicy.report.shifted_sd * p.factor_sd / p.factor)
+      moved.push_back(p);
   std::stable_sort(moved.begin(), moved.end(), [](const ParameterShift& a, const ParameterShift& b) {
     return std::abs(a.shift_sd) > std::abs(b.shift_sd);
   });
@@ -214,20 +217,15 @@ std::string next_step(const Explanation& explanation, const Explained* what) {
                ? "record " + what->separating_maneuver
                : next_step(findings);
   if (!explanation.next.empty()) {
-    // The shortest that decides it, or else the one that distinguishes most.
-    const NextManeuver* best = nullptr;
-    for (const NextManeuver& maneuver : explanation.next)
-      if (maneuver.p_right >= kToldApart && (best == nullptr || maneuver.duration_s < best->duration_s))
-        best = &maneuver;
-    if (best == nullptr) best = &explanation.next.front();
-    if (best->p_right > explanation.p_right + kTelling)
-      return fmt::format("record {} ({:.0f} s; mmg-sim {}): probability of the right name {:.2f} -> {:.2f}", best->name,
-                         best->duration_s, best->command, explanation.p_right, best->p_right);
+    const Recommended which = recommended(explanation.next, explanation.p_right);
+    const NextManeuver& best = explanation.next[which.place];
+    if (which.is_worthwhile)
+      return fmt::format("record {} ({:.0f} s; mmg-sim {}): probability of the right name {:.2f} -> {:.2f}", best.name,
+                         best.duration_s, best.command, explanation.p_right, best.p_right);
     return fmt::format(
         "more recordings: no single maneuver of the menu would decide (probability of the right name {:.2f} -> {:.2f} "
-        "at "
-        "best, by {})",
-        explanation.p_right, best->p_right, best->name);
+        "at best, by {})",
+        explanation.p_right, best.p_right, best.name);
   }
   if (explanation.verdict == Verdict::no_mismatch) return next_step(findings);
   if (what == nullptr)

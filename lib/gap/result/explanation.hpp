@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "gap/policy/policy.hpp"
 #include "gap/result/findings.hpp"
 #include "recording/trajectory.hpp"
 #include "ship/ship.hpp"
@@ -51,7 +52,7 @@ struct Scores {
   std::map<int, double> coverage;               ///< share of innovations within their interval of 50, 90, 95, 99 %
   std::map<std::string, Score> by_recording;    ///< free runs of kShownHorizon_s
 };
-inline constexpr int kShownHorizon_s = 100;
+inline constexpr int kShownHorizon_s = static_cast<int>(kPolicy.show.shown_horizon_s);
 /// Positions [m] in earth axes.
 struct FreeTrack {
   std::string recording;

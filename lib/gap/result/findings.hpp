@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/types.hpp"
+#include "gap/policy/policy.hpp"
 #include "gap/result/sensor_findings.hpp"
 #include "gap/result/verdict.hpp"
 
@@ -70,7 +71,7 @@ struct Detection {
   double p_value = 1.0;                              ///< family-wise
   double whiteness_p_value = 1.0;                    ///< of the innovations
   double largest_autocorrelation = 0.0;              ///< of the innovations, in absolute value
-  double false_alarm = 0.01;                         ///< the rate that the verdict keeps
+  double false_alarm = kPolicy.detect.false_alarm;   ///< the rate that the verdict keeps
   double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< of the best effect
   std::vector<Screened> effects;                     ///< best first
   std::string reason;                                ///< why this verdict, to a person
@@ -127,6 +128,7 @@ struct Frame {
   std::string name;           ///< "body", "earth", "apparent-wind", "water-speed", "position", "actuator"
   double log_evidence = 0.0;  ///< against no residual at all [nats]
   double share = 0.0;         ///< of the residual's energy
+  bool is_of_place = false;   ///< whether it belongs to the place: walls and lines are tried
 };
 
 /// A module whose gain may walk: how much that whitens the rest.

@@ -6,10 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "gap/policy/policy.hpp"
+
 namespace leeway::gap {
 namespace {
 
-constexpr int kMostDecimals = 6;
+constexpr int kMostDecimals = static_cast<int>(kPolicy.report.most_decimals);
 
 // That show one digit of a standard deviation, two where it begins with 1 or 2.
 int decimals_of(double sd) { return -static_cast<int>(std::floor(std::log10(sd / 3.0))); }

@@ -81,7 +81,7 @@ class AuditStages {
 
   // A first choice can be a mixture of two faults: each member has to hold its place against all others.
   FaultFit reconsidered(FaultFit fit) const {
-    for (int round = 0; round < 3; ++round)
+    for (int round = 0; round < kPolicy.sensors.reconsidered_rounds; ++round)
       if (!replace_one(fit)) break;
     return fit;
   }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "gap/policy/policy.hpp"
 #include "gap/result/sensor_findings.hpp"
 #include "gap/sensors/froude_scale.hpp"
 #include "recording/trajectory.hpp"
@@ -10,8 +11,9 @@
 namespace leeway::gap {
 
 struct AuditOptions {
-  FroudeScale scale;          ///< of the ship
-  double false_alarm = 0.01;  ///< rate of finding a fault where there is none, over the whole library
+  FroudeScale scale;  ///< of the ship
+  double false_alarm =
+      kPolicy.detect.false_alarm;  ///< rate of finding a fault where there is none, over the whole library
   std::size_t jobs = 1;
   std::uint64_t seed = 1;
 };

@@ -130,13 +130,13 @@ class Ranking {
   }
 
   // A factor of the log, one number, stands before offsets, two, unless they are clearly better.
-  std::size_t factor_rather_than_offsets(std::size_t best) const {
-    if (last_of(tried_[best]).name != "log-bias") return best;
-    std::optional<std::size_t> factor;
-    for (std::size_t c = 0; c < tried_.size(); ++c)
-      if (last_of(tried_[c]).name == "log-scale" && is_as_good(c, best) && (!factor || worth(c) > worth(*factor)))
-        factor = c;
-    return factor.value_or(best);
+  std::size_t simpler_fault(std::size_t best) const {
+    const std::string_view name = last_of(tried_[best]).traits.simpler;
+    std::optional<std::size_t> simpler;
+    for (std::size_t c = 0; c < tried_.size() && !name.empty(); ++c)
+      if (last_of(tried_[c]).name == name && is_as_good(c, best) && (!simpler || worth(c) > worth(*simpler)))
+        simpler = c;
+    return simpler.value_or(best);
   }
 
   std::size_t simplest_of_its_name(std::size_t best) const {
@@ -232,7 +232,7 @@ std::size_t FaultSearch::best(const std::vector<FaultFit>& tried, const std::vec
   const Ranking ranking(tried, p, options_.false_alarm);
   std::size_t best = ranking.first();
   best = ranking.late_rather_than_early(best);
-  best = ranking.factor_rather_than_offsets(best);
+  best = ranking.simpler_fault(best);
   return ranking.simplest_of_its_name(best);
 }
 

@@ -74,10 +74,10 @@ void measure_noise(const std::vector<const std::vector<double>*>& series, double
       squares.push_back(square);
       if (square > 0.0) ratios.push_back(rest.head(n - 1).dot(rest.tail(n - 1)) / square);
     }
-  if (squares.size() < 4 || ratios.size() < 4) return;
+  if (squares.size() < kPolicy.sensors.fewest_for_noise || ratios.size() < kPolicy.sensors.fewest_for_noise) return;
   const double observed = median(ratios);
   double low = 0.0, high = kPolicy.sensors.highest_phi;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < kPolicy.sensors.bisections; ++i) {
     const double phi = 0.5 * (low + high);
     const auto [square, product] = expected_moments(maker, phi);
     (product / square < observed ? low : high) = phi;
@@ -87,7 +87,7 @@ void measure_noise(const std::vector<const std::vector<double>*>& series, double
   // The median of a chi-squared variable by its mean, after Wilson and Hilferty.
   const double of_median = std::pow(1.0 - 2.0 / (9.0 * freedom), 3);
   quality.noise_sd = std::sqrt(median(squares) / of_median / expected_moments(maker, phi)[0]);
-  // Noise that lasts longer than the stretch is not told from the ship's motion.
+  // Noise that lasts longer than the stretch cannot be distinguished from the ship's motion.
   if (phi > kPolicy.sensors.visible_correlation && phi < kPolicy.sensors.longest_correlation)
     quality.correlation_s = -dt_s / std::log(phi);
   quality.filter_s = quality.correlation_s;
@@ -128,8 +128,8 @@ bool changes(const Trajectory& recording, Channel channel, const Repeats& run) {
   return false;
 }
 
-// Whether a velocity that rests for most of a recording cannot have rested: u and v_m when the ship turned to and fro
-// by 0.3 rad meanwhile, r when the heading says so.
+// Whether a velocity that is constant for most of a recording cannot have been: u and v_m when the ship turned to and
+// fro by 0.3 rad meanwhile, r when the heading says so.
 bool has_turned(const Trajectory& recording, Channel velocity, const Repeats& run) {
   const std::vector<double>&t = recording[Channel::t], &r = recording[Channel::r], &psi = recording[Channel::psi];
   double turned = 0.0, by_heading = 0.0, lowest = 0.0, highest = 0.0, first_psi = kMissing;
@@ -242,13 +242,13 @@ std::vector<std::string> suspect_actuators(const Trajectory& recording, const Fr
     const auto longest = std::max_element(
         runs.begin(), runs.end(), [](const Repeats& a, const Repeats& b) { return a.end - a.begin < b.end - b.begin; });
     if (longest == runs.end() || longest->end - longest->begin < kPolicy.sensors.fewest_suspect) continue;
-    if (x[longest->begin] == low || x[longest->begin] == high) continue;  // it may rest at its stop
-    std::size_t changes = 0, rests = 0;
+    if (x[longest->begin] == low || x[longest->begin] == high) continue;  // it may be at its stop
+    std::size_t changes = 0, repeats_elsewhere = 0;
     for (std::size_t k = 1; k < x.size(); ++k)
       if ((k <= longest->begin || k >= longest->end) && std::isfinite(x[k]) && std::isfinite(x[k - 1]))
-        ++(x[k] == x[k - 1] ? rests : changes);
+        ++(x[k] == x[k - 1] ? repeats_elsewhere : changes);
     if (changes < kPolicy.sensors.fewest_changes ||
-        static_cast<double>(rests) > kPolicy.sensors.most_unchanged * static_cast<double>(changes))
+        static_cast<double>(repeats_elsewhere) > kPolicy.sensors.most_unchanged * static_cast<double>(changes))
       continue;
     result.push_back(fmt::format(
         "'{}' keeps one value from {:.4g} to {:.4g} s although it changes from sample to sample elsewhere: it may be "

@@ -113,7 +113,8 @@ WindowError ForceCheck::error(const Trajectory& recording, const RecordedInputs&
 // The mean of the samples about a time; without a heading it stays zero.
 std::optional<ShipState<double>> ForceCheck::state_at(const Trajectory& t, double time) const {
   const std::vector<double>& times = t[Channel::t];
-  const double half = std::max(kPolicy.sensors.force_node_share * horizon_s_, 0.51 * mean_sampling_time_s(t));
+  const double half =
+      std::max(kPolicy.sensors.force_node_share * horizon_s_, kPolicy.sensors.node_samples * mean_sampling_time_s(t));
   ShipState<double> sum;
   double count = 0.0;
   for (auto k = static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), time - half) - times.begin());

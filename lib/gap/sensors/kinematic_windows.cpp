@@ -19,8 +19,8 @@ struct Rule {
   std::size_t points;
 };
 Rule gauss(double dt_s) {
-  if (dt_s < 0.15) return {{0.5, 0.0, 0.0}, {1.0, 0.0, 0.0}, 1};
-  if (dt_s < 0.3) {
+  if (dt_s < kPolicy.sensors.one_point_s) return {{0.5, 0.0, 0.0}, {1.0, 0.0, 0.0}, 1};
+  if (dt_s < kPolicy.sensors.two_points_s) {
     const double a = 0.5 / std::numbers::sqrt3;
     return {{0.5 - a, 0.5 + a, 0.0}, {0.5, 0.5, 0.0}, 2};
   }
@@ -84,7 +84,7 @@ void KinematicWindows::measure(const std::vector<Trajectory>& recordings) {
   rms_speed_ = speeds > 0 ? std::sqrt(speed2 / static_cast<double>(speeds)) : 0.0;
   rms_rate_ = rates > 0 ? std::sqrt(rate2 / static_cast<double>(rates)) : 0.0;
   margin_s_ = std::min(kPolicy.sensors.longest_latency_s, longest_s / kPolicy.sensors.recording_by_latency);
-  window_s_ = std::max(kPolicy.sensors.window_s, 4.0 * sample_s_);
+  window_s_ = std::max(kPolicy.sensors.window_s, kPolicy.sensors.samples_of_window * sample_s_);
   if (differences > 0) rate_noise_ = std::sqrt(differences2 / static_cast<double>(differences) * sample_s_ * window_s_);
 }
 
@@ -101,7 +101,7 @@ KinematicWindows::Recorded KinematicWindows::read(const Trajectory& recording) c
   at.v = spline(Channel::vm);
   at.r = spline(Channel::r);
   at.psi = spline(Channel::psi);
-  const double half = std::max(kPolicy.sensors.node_share * window_s_, 0.51 * at.dt_s);
+  const double half = std::max(kPolicy.sensors.node_share * window_s_, kPolicy.sensors.node_samples * at.dt_s);
   std::size_t place = 0;
   for (const TimeSpan& span : spans_between_jumps(recording)) {
     const double first = span.from_s + margin_s_, last = span.to_s - margin_s_;

@@ -40,7 +40,8 @@ Readings of_the_motion() {
        [](R t) {
          std::swap(t[Channel::wind_speed], t[Channel::app_wind_speed]);
          std::swap(t[Channel::wind_dir], t[Channel::app_wind_dir]);
-       }},
+       },
+       true},
   };
 }
 
@@ -76,7 +77,8 @@ Readings of_the_winds() {
                     is_true ? "wind_dir is where the wind blows to" : "app_wind_dir is where the wind blows to",
                     [direction](R t) {
                       for (double& x : t[direction]) x += kPi;
-                    }});
+                    },
+                    true});
     list.push_back({wind.direction, "radians",
                     is_true ? "wind_dir_deg holds radians" : "app_wind_dir_deg holds radians",
                     [direction](R t) { scale(t, {direction}, kToDegrees); }});

@@ -14,6 +14,7 @@ namespace leeway::gap {
 struct ReadingEntry {
   std::string_view channel, name, says;
   std::function<void(Trajectory&)> apply;  ///< makes a recording of that kind follow leeway's conventions
+  bool asks_fit = false;  ///< whether short times may leave it open, so that the fit is asked: it is of a faint wind
 };
 
 /// All readings. A recording is reread in this order.

@@ -8,6 +8,7 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -15,50 +16,65 @@ namespace {
 using enum FaultParameter;
 
 constexpr std::array<FaultParameterInfo, kFaultParameterCount> kInfo{{
-    {heading_bias, "heading_bias_deg", Quantity::angle, kDegree, 20.0 * kDegree, true, false},
-    {lever_x, "lever_x_m", Quantity::length, 1.0, 30.0, true, false},
-    {lever_y, "lever_y_m", Quantity::length, 1.0, 30.0, true, false},
-    {log_scale, "log_scale", Quantity::ratio, 1.0, 0.3, true, false},
-    {sway_log_scale, "sway_log_scale", Quantity::ratio, 1.0, 0.3, true, false},
-    {log_bias_u, "log_bias_u_mps", Quantity::speed, 1.0, 1.0, true, false},
-    {log_bias_v, "log_bias_v_mps", Quantity::speed, 1.0, 1.0, true, false},
-    {current_x, "current_x_mps", Quantity::speed, 1.0, 1.5, true, false},
-    {current_y, "current_y_mps", Quantity::speed, 1.0, 1.5, true, false},
-    {velocity_latency, "velocity_latency_s", Quantity::time, 1.0, 3.0, true, false},
-    {heading_latency, "heading_latency_s", Quantity::time, 1.0, 3.0, true, true},
-    {rate_latency, "rate_latency_s", Quantity::time, 1.0, 3.0, false, true},
-    {position_latency, "position_latency_s", Quantity::time, 1.0, 3.0, true, false},
-    {rate_bias, "rate_bias_degps", Quantity::angular_rate, kDegree, 1.0 * kDegree, false, true},
-    {rate_scale, "rate_scale", Quantity::ratio, 1.0, 0.3, false, true},
-    {velocity_filter, "filter_s", Quantity::time, 1.0, 3.0, true, false},
-    {rate_filter, "rate_filter_s", Quantity::time, 1.0, 3.0, false, true},
-    {heading_filter, "heading_filter_s", Quantity::time, 1.0, 3.0, true, true},
+    {heading_bias, "heading_bias_deg", Quantity::angle, kDegree, kPolicy.sensors.prior_heading_bias_deg* kDegree, true,
+     false},
+    {lever_x, "lever_x_m", Quantity::length, 1.0, kPolicy.sensors.prior_lever_m, true, false},
+    {lever_y, "lever_y_m", Quantity::length, 1.0, kPolicy.sensors.prior_lever_m, true, false},
+    {log_scale, "log_scale", Quantity::ratio, 1.0, kPolicy.sensors.prior_scale, true, false, Channel::u},
+    {sway_log_scale, "sway_log_scale", Quantity::ratio, 1.0, kPolicy.sensors.prior_scale, true, false, Channel::vm},
+    {log_bias_u, "log_bias_u_mps", Quantity::speed, 1.0, kPolicy.sensors.prior_log_bias_mps, true, false},
+    {log_bias_v, "log_bias_v_mps", Quantity::speed, 1.0, kPolicy.sensors.prior_log_bias_mps, true, false},
+    {current_x, "current_x_mps", Quantity::speed, 1.0, kPolicy.sensors.prior_current_mps, true, false},
+    {current_y, "current_y_mps", Quantity::speed, 1.0, kPolicy.sensors.prior_current_mps, true, false},
+    {velocity_latency, "velocity_latency_s", Quantity::time, 1.0, kPolicy.sensors.prior_delay_s, true, false},
+    {heading_latency, "heading_latency_s", Quantity::time, 1.0, kPolicy.sensors.prior_delay_s, true, true},
+    {rate_latency, "rate_latency_s", Quantity::time, 1.0, kPolicy.sensors.prior_delay_s, false, true},
+    {position_latency, "position_latency_s", Quantity::time, 1.0, kPolicy.sensors.prior_delay_s, true, false},
+    {rate_bias, "rate_bias_degps", Quantity::angular_rate, kDegree, kPolicy.sensors.prior_rate_bias_degps* kDegree,
+     false, true},
+    {rate_scale, "rate_scale", Quantity::ratio, 1.0, kPolicy.sensors.prior_scale, false, true, Channel::r},
+    {velocity_filter, "filter_s", Quantity::time, 1.0, kPolicy.sensors.prior_delay_s, true, false},
+    {rate_filter, "rate_filter_s", Quantity::time, 1.0, kPolicy.sensors.prior_delay_s, false, true},
+    {heading_filter, "heading_filter_s", Quantity::time, 1.0, kPolicy.sensors.prior_delay_s, true, true},
 }};
 
 }  // namespace
 
 const FaultParameterInfo& info(FaultParameter parameter) { return kInfo[static_cast<std::size_t>(parameter)]; }
 
+const FaultParameterInfo* find_fault_parameter(std::string_view name) {
+  const auto* found = std::find_if(kInfo.begin(), kInfo.end(), [&](const auto& known) { return known.name == name; });
+  return found == kInfo.end() ? nullptr : found;
+}
+
 const std::vector<FaultCandidate>& fault_library() {
+  static constexpr FaultTraits kShows{.shows_in_forces = true}, kLate{.is_late_only = true};
   static const std::vector<FaultCandidate> library{
-      {"heading-bias", {{heading_bias}}},
-      {"lever-arm", {{lever_x}, {lever_y}}},
-      {"log-scale", {{log_scale}}},
-      {"log-scale", {{log_scale, sway_log_scale}}},
-      {"log-bias", {{log_bias_u}, {log_bias_v}}},
+      {"heading-bias", {{heading_bias}}, kShows},
+      {"lever-arm", {{lever_x}, {lever_y}}, kShows},
+      {"log-scale", {{log_scale}}, kShows},
+      {"log-scale", {{log_scale, sway_log_scale}}, kShows},
+      {"log-bias", {{log_bias_u}, {log_bias_v}}, {.shows_in_forces = true, .simpler = "log-scale"}},
       {"steady-current", {{current_x}, {current_y}}},
-      {"velocity-latency", {{velocity_latency}}},
-      {"velocity-latency", {{velocity_latency, rate_latency}}},
-      {"heading-latency", {{heading_latency}}},
-      {"rate-latency", {{rate_latency}}},
+      {"velocity-latency", {{velocity_latency}}, kLate},
+      {"velocity-latency", {{velocity_latency, rate_latency}}, kLate},
+      {"heading-latency", {{heading_latency}}, kLate},
+      {"rate-latency", {{rate_latency}}, kLate},
       {"position-latency", {{position_latency}}},
-      {"rate-bias", {{rate_bias}}},
-      {"rate-scale", {{rate_scale}}},
+      {"rate-bias", {{rate_bias}}, kShows},
+      {"rate-scale", {{rate_scale}}, kShows},
       {"sensor-filter", {{velocity_filter}}},
       {"sensor-filter", {{velocity_filter, rate_filter}}},
       {"sensor-filter", {{velocity_filter, rate_filter, heading_filter}}},
   };
   return library;
+}
+
+const FaultTraits& traits_of(std::string_view fault) {
+  static constexpr FaultTraits kNone{};
+  for (const FaultCandidate& candidate : fault_library())
+    if (candidate.name == fault) return candidate.traits;
+  return kNone;
 }
 
 std::string_view separating_maneuver(std::string_view fault) {
@@ -103,14 +119,10 @@ SensorFaults sensor_faults(const std::vector<Fault>& faults) {
         set = estimate.value * kDegree;
         continue;
       }
-      bool is_known = false;
-      for (const FaultParameterInfo& known : kInfo)
-        if (known.name == estimate.name) {
-          result[known.parameter] += estimate.value * known.unit;
-          is_known = true;
-        }
-      if (!is_known)
+      const FaultParameterInfo* known = find_fault_parameter(estimate.name);
+      if (known == nullptr)
         throw UsageError(fmt::format("the fault '{}' has an unknown parameter '{}'", fault.name, estimate.name));
+      result[known->parameter] += estimate.value * known->unit;
     }
     result[current_x] += speed * std::cos(set);
     result[current_y] += speed * std::sin(set);

@@ -54,17 +54,34 @@ struct FaultParameterInfo {
   double prior_sd;        ///< SI, of a ship of 3 m; wide, it only keeps near zero what the recordings do not determine
   bool in_track;          ///< whether it shows in eta' - R(psi) nu
   bool in_heading;        ///< whether it shows in psi' - r
+  std::optional<Channel> scaled = std::nullopt;  ///< the channel of which it is a factor - 1
 };
 const FaultParameterInfo& info(FaultParameter parameter);
+/// Nothing for a name that is none.
+const FaultParameterInfo* find_fault_parameter(std::string_view name);
+
+/// What a fault is to those who treat it: they ask these, never its name.
+struct FaultTraits {
+  /// An offset, a factor or an arm: forces show it too, so that the simulator can refine its number or contradict it.
+  bool shows_in_forces = false;
+  /// A negative number would be a sensor ahead of its time. Not of positions: that they are early stands for all others
+  /// being late.
+  bool is_late_only = false;
+  /// The fault with fewer numbers that stands before this one unless it is clearly worse.
+  std::string_view simpler = "";
+};
 
 /// A member of the library: free numbers, each of which moves one parameter or several by the same value.
 struct FaultCandidate {
   std::string_view name;
   std::vector<std::vector<FaultParameter>> numbers;
+  FaultTraits traits = {};
 };
 /// The library. Where two members share a name, the first one is the simpler. A scale of v_m alone is not in it: where
 /// a ship hardly drifts, shrinking v_m shrinks its noise, and noise would decide.
 const std::vector<FaultCandidate>& fault_library();
+/// Of the first member with this name; those of no fault for other names.
+const FaultTraits& traits_of(std::string_view fault);
 /// What distinguishes a member of the library from its look-alikes; empty for other names.
 std::string_view separating_maneuver(std::string_view fault);
 

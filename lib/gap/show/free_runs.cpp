@@ -13,7 +13,7 @@ namespace {
 
 // Within which a standard normal number lies with so many per cent.
 const std::map<int, double> kQuantiles{
-    {50, 0.6744897501960817}, {90, 1.6448536269514722}, {95, 1.959963984540054}, {99, 2.5758293035489004}};
+    {50, 0.6744897501960817}, {90, 1.6448536269514722}, {95, kPolicy.show.normal95}, {99, 2.5758293035489004}};
 
 struct Squares {
   double u = 0.0, vm = 0.0, r = 0.0, position = 0.0;

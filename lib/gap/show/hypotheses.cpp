@@ -134,17 +134,15 @@ std::vector<ExplainedParameter> estimates_of(const Fault& fault) {
 }
 
 // What was found of sensors and conventions, as one hypothesis that the others have as well.
-struct SensorsFound {
+struct SensorHypothesis {
   Explained sensors;
   double all_chance = 0.0;  // that one of them is none
 };
 
-SensorsFound sensors_found(const Findings& findings, Explanation& explanation) {
-  SensorsFound found;
+SensorHypothesis sensor_hypothesis(const Findings& findings, Explanation& explanation) {
+  SensorHypothesis found;
   Explained& sensors = found.sensors;
   const auto add = [&](const std::string& name, Said said, double p_value) {
-    explanation.verdict = Verdict::mismatch;
-    explanation.p_value = std::min(explanation.p_value, p_value);
     if (std::find(sensors.effects.begin(), sensors.effects.end(), name) == sensors.effects.end()) {
       explanation.chosen.insert(explanation.chosen.begin(), name);
       sensors.effects.insert(sensors.effects.begin(), name);
@@ -210,7 +208,7 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
 }
 
 void add_sensors(Explanation& explanation, const Findings& findings) {
-  const auto [sensors, all_chance] = sensors_found(findings, explanation);
+  const auto [sensors, all_chance] = sensor_hypothesis(findings, explanation);
   if (sensors.effects.empty()) return;
   Explained nothing = *std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
                                     [](const Explained& hypothesis) { return hypothesis.effects.empty(); });

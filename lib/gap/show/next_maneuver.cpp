@@ -145,6 +145,16 @@ std::optional<Eigen::MatrixXd> squared_distances(const MenuItem& item, const std
 
 }  // namespace
 
+Recommended recommended(const std::vector<NextManeuver>& maneuvers, double p_right, const Policy& policy) {
+  std::optional<std::size_t> shortest;
+  for (std::size_t i = 0; i < maneuvers.size(); ++i)
+    if (maneuvers[i].p_right >= policy.show.decisive &&
+        (!shortest || maneuvers[i].duration_s < maneuvers[*shortest].duration_s))
+      shortest = i;
+  const std::size_t place = shortest.value_or(0);
+  return {place, maneuvers.at(place).p_right > p_right + policy.show.worthwhile_gain};
+}
+
 double expected_certainty(const Eigen::MatrixXd& squared_distance, const std::vector<double>& probability,
                           std::uint64_t seed) {
   // Places with these distances (classical scaling, Torgerson 1952).

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gap/compare/comparison.hpp"
+#include "gap/policy/policy.hpp"
 #include "gap/result/explanation.hpp"
 
 namespace leeway::gap {
@@ -17,6 +18,15 @@ namespace leeway::gap {
 /// distinguished.
 std::vector<NextManeuver> next_maneuvers(const Campaign& campaign, const std::vector<const Fitted*>& hypotheses,
                                          std::vector<double> probability, std::size_t jobs, std::uint64_t seed);
+
+/// Which of these maneuvers to record, given how certain the best hypothesis is now.
+struct Recommended {
+  std::size_t place = 0;       ///< the shortest that decides; without one, that which distinguishes most
+  bool is_worthwhile = false;  ///< whether it makes the best hypothesis more certain
+};
+///   maneuvers  at least one, best first
+///   p_right    probability of the best hypothesis before
+Recommended recommended(const std::vector<NextManeuver>& maneuvers, double p_right, const Policy& policy = kPolicy);
 
 /// The expected probability of the most probable of Gaussian alternatives with equal covariance, after a measurement
 /// that is normal with sd 1 about them.

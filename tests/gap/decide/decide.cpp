@@ -1,6 +1,8 @@
 #include "gap/decide/decide.hpp"
 
+#include <algorithm>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include <catch2/catch.hpp>
@@ -98,6 +100,21 @@ TEST_CASE("decide: each reason of the tests is reached, and only by what it says
          f.tests.whiteness_p = 1e-7;
        },
        Verdict::undecided, Reason::not_white},
+      {"the same without noise, and a small error: inputs between the samples are not white",
+       [](Found& f) {
+         f.tests.autocorrelation = 0.3;
+         f.tests.whiteness_p = 1e-7;
+         f.tests.is_noise_free = true;
+         f.tests.error_share = 0.04;
+       },
+       Verdict::no_mismatch, Reason::nothing_left},
+      {"the same without noise, but a larger error",
+       [](Found& f) {
+         f.tests.autocorrelation = 0.3;
+         f.tests.whiteness_p = 1e-7;
+         f.tests.is_noise_free = true;
+       },
+       Verdict::undecided, Reason::not_white},
       {"far parameters", [](Found& f) { f.tests.far_parameters = 4; }, Verdict::undecided, Reason::far_parameters},
       {"two far parameters and a large error",
        [](Found& f) {
@@ -168,6 +185,13 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
          h.log_odds_of_chosen = 5.0;
        },
        Verdict::undecided, false, false, false},
+      {"strong odds for a name that takes little away: named, and unknown beside it",
+       [](Found&, HypothesesFound& h) {
+         h.left_p = 1e-9;
+         h.taken_share = 0.2;
+         h.log_odds_of_chosen = 5.8;
+       },
+       Verdict::mismatch, true, true, false},
       {"terms of the unknown, and more left: said once",
        [](Found&, HypothesesFound& h) {
          h.left_p = 1e-9;
@@ -219,6 +243,31 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
   }
 }
 
+TEST_CASE("decide: a fault of a sensor is a mismatch, whatever is found of the forces", "[gap][decide]") {
+  for (const bool is_named : {true, false}) {
+    Found found = nothing_seen();
+    found.tests.effects_p = p_of(40.0, found);
+    found.hypotheses = named();
+    found.hypotheses->is_named = found.hypotheses->is_likelier = is_named;
+    const Decision without = gap::decide(found);
+    found.sensors = {1, 3e-4};
+    const Decision with = gap::decide(found);
+    CAPTURE(is_named);
+    CHECK(without.verdict == (is_named ? Verdict::mismatch : Verdict::no_mismatch));
+    CHECK(with.verdict == Verdict::mismatch);
+    CHECK(with.p_value == std::min(without.p_value, 3e-4));
+    // What is claimed of the forces stays.
+    CHECK(with.claims_names == without.claims_names);
+    CHECK(with.claims_unknown == without.claims_unknown);
+    CHECK(with.is_complete == without.is_complete);
+  }
+  Found found = nothing_seen();
+  found.tests.samples = 299;  // too few for a verdict of the forces
+  found.sensors = {2, 0.0};   // one of them a convention
+  CHECK(gap::decide(found).verdict == Verdict::mismatch);
+  CHECK(gap::decide(found).p_value == 0.0);
+}
+
 TEST_CASE("decide: a name's odds bound its p-value", "[gap][decide]") {
   Found found = nothing_seen();
   found.hypotheses = named();
@@ -260,13 +309,63 @@ TEST_CASE("decide: when one hypothesis holds against another", "[gap][decide]") 
   }
 }
 
-TEST_CASE("policy: its hash changes with each value, and only then", "[gap][policy]") {
-  gap::Policy policy;
-  const std::string as_is = gap::policy_hash(policy);
-  CHECK(as_is == gap::policy_hash());
-  policy.sensors.huber += 1e-9;
-  CHECK(gap::policy_hash(policy) != as_is);
-  policy = {};
-  policy.report.points_in_all += 1;
-  CHECK(gap::policy_hash(policy) != as_is);
+TEST_CASE("decide: which hypotheses may be claimed", "[gap][decide]") {
+  const double rate = 0.01;
+  CHECK(gap::may_be_claimed({false, 0.1, 0.01, 1.0}, rate));  // a name always
+  CHECK(gap::may_be_claimed({true, 3.0, 0.1, 9e-5}, rate));   // terms where the tests are sure
+  CHECK(gap::may_be_claimed({true, 10.1, 0.1, 1.0}, rate));   // or the odds
+  CHECK_FALSE(gap::may_be_claimed({true, 9.9, 0.1, 2e-4}, rate));
+  CHECK_FALSE(gap::may_be_claimed({true, 10.1, 0.09, 9e-5}, rate));  // not what errors of forms make
+}
+
+TEST_CASE("decide: when the likeliest is certain enough to be claimed", "[gap][decide]") {
+  struct Row {
+    const char* what;
+    gap::Likeliest best;
+    bool is_likelier, is_certain;
+  };
+  const Row rows[] = {
+      {"seen and likelier", {0.6, 0.3, 0.1, 1.0, 0.009}, true, true},
+      {"seen, but nothing is likelier", {0.3, 0.6, 0.1, 1.0, 0.009}, false, false},
+      {"likelier, but not seen", {0.6, 0.3, 0.1, 1.0, 0.011}, false, false},
+      {"not seen, but strong odds", {0.6, 0.3, 0.1, 5.8, 0.5}, false, true},
+      {"terms that may not be claimed are likelier", {0.4, 0.1, 0.5, 5.8, 0.009}, true, false},
+      {"they are as likely", {0.45, 0.1, 0.45, 5.8, 0.009}, true, true},
+  };
+  for (const Row& row : rows) {
+    CAPTURE(row.what);
+    CHECK(gap::is_likelier(row.best, 0.01) == row.is_likelier);
+    CHECK(gap::is_certain(row.best, 0.01) == row.is_certain);
+  }
+}
+
+TEST_CASE("decide: when another effect is asked for beside what is named, and when terms are", "[gap][decide]") {
+  const double rate = 0.01;
+  CHECK(gap::may_be_added(0.009, 0.1, rate));
+  CHECK(gap::may_be_added(0.5, 5.7, rate));
+  CHECK_FALSE(gap::may_be_added(0.5, 5.6, rate));
+
+  struct Row {
+    const char* what;
+    gap::LeftBeside left;
+    bool is_negligible;
+  };
+  const Row rows[] = {
+      {"much left", {1e-9, 100.0, 0.3, std::nullopt}, false},
+      {"little beside a strong name: -ln p is less than a twentieth of its evidence",
+       {0.01, 100.0, 0.3, std::nullopt},
+       true},
+      {"likelier with one effect more, and no sure sign", {2e-4, 10.0, 0.3, 0.5}, true},
+      {"the same with a sure sign", {9e-5, 10.0, 0.3, 0.5}, false},
+      {"less likely with one effect more", {2e-4, 10.0, 0.3, -0.5}, false},
+  };
+  for (const Row& row : rows) {
+    CAPTURE(row.what);
+    CHECK(gap::is_negligible(row.left, rate) == row.is_negligible);
+  }
+
+  CHECK(gap::may_have_terms({9e-9, 0.0, 0.1, std::nullopt}, false, rate));
+  CHECK_FALSE(gap::may_have_terms({9e-9, 0.0, 0.1, std::nullopt}, true, rate));
+  CHECK_FALSE(gap::may_have_terms({2e-8, 0.0, 0.1, std::nullopt}, false, rate));
+  CHECK_FALSE(gap::may_have_terms({9e-9, 0.0, 0.09, std::nullopt}, false, rate));
 }

@@ -276,7 +276,7 @@ TEST_CASE("gap: recordings that cannot be used are refused with the reason", "[g
   }
 }
 
-TEST_CASE("gap: a recording that says nothing is left out with the reason, holes are told", "[gap]") {
+TEST_CASE("gap: a recording that says nothing is left out with the reason, holes are reported", "[gap]") {
   const Ship ship = read_ship("esso-osaka-3m");
   std::vector<Trajectory> recordings = zigzags(ship, 120.0);
   REQUIRE(recordings.size() > 1);

@@ -189,7 +189,7 @@ TEST_CASE("summary of gap-locate: stays on one screen however much was found", "
   }
 }
 
-TEST_CASE("summary: limits of an interval are told as exactly as what lies between", "[gap][report]") {
+TEST_CASE("summary: limits of an interval are given as exactly as what lies between", "[gap][report]") {
   CHECK(gap::between(0.0399902, 0.0400068) == "0.039990 to 0.040007");
   CHECK(gap::between(69.989, 70.017) == "69.989 to 70.017");
   CHECK(gap::between(1.234, 5.678) == "1.2 to 5.7");

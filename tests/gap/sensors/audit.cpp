@@ -162,7 +162,8 @@ TEST_CASE("audit: a latency of several seconds is found, and to a fraction of a 
   check_named({"velocity-latency", "velocity_latency_s", 3.4, fault}, {.seed = 53});
 }
 
-TEST_CASE("audit: a filter of all channels but the positions is told from positions that are early", "[gap][audit]") {
+TEST_CASE("audit: a filter of all channels but the positions is distinguished from positions that are early",
+          "[gap][audit]") {
   // They differ to second order only: little noise.
   Injected fault;
   fault.filter_s = 2.0;
@@ -252,7 +253,7 @@ TEST_CASE("audit: missing samples and gaps neither hide a fault nor feign one", 
   }
 }
 
-TEST_CASE("audit: a frozen channel is told and left out", "[gap][audit]") {
+TEST_CASE("audit: a frozen channel is reported and left out", "[gap][audit]") {
   for (const Channel channel : {Channel::u, Channel::r, Channel::x0, Channel::psi}) {
     std::vector<Trajectory> recordings = recorded({.seed = 71}, vectwin());
     for (Trajectory& recording : recordings)

@@ -237,7 +237,7 @@ TEST_CASE("conventions: a sensor fault is no convention", "[gap][conventions]") 
   }
 }
 
-TEST_CASE("conventions: without heading the sign of r is told by the forces", "[gap][conventions]") {
+TEST_CASE("conventions: without heading the forces show the sign of r", "[gap][conventions]") {
   const Ship ship = read_ship("vectwin-3m");
   std::vector<Trajectory> recordings = recorded({.seed = 23}, ship);
   for (Trajectory& recording : recordings) {
