@@ -19,8 +19,8 @@ struct UnmeasuredWind {
       .look_alikes = "wave-drift, earth-force, steady-current",
       .looks_like = {"wave-drift", "earth-force", "steady-current"},
       .separating_maneuver = "different ship speeds, reciprocal runs, and stopping to drift",
-      .search = SearchStart::compass,
       .differs_by_recording = true,
+      .search = SearchStart::compass,
       .to_ensemble = EnsembleForm::wind_velocity,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{

@@ -118,6 +118,12 @@ TEST_CASE("time: a clock in another unit than seconds is not driven by", "[cli][
                 "rec.csv:1: column 't_s': sampled every 1e+08 s");
   check_refused(folder, "ens-predict model rec.csv --steps 10 -o -", 3,
                 "rec.csv:1: column 't_s': sampled every 1e+08 s");
+  for (const std::string tool : {"gap-locate", "gap-explain"}) {
+    const Outcome outcome = run(folder, kBounded + tool + " --ship vectwin-3m rec.csv --quiet -o out");
+    CAPTURE(tool, outcome.err);
+    CHECK(outcome.exit_code == 3);
+    CHECK_THAT(outcome.err, Contains("its samples are 1e+08 s apart, and holes longer than 30 s are not passed over"));
+  }
 }
 
 TEST_CASE("mmg-sim replay: says that it drives through a hole", "[cli][mmg-sim]") {

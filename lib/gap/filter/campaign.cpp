@@ -208,10 +208,16 @@ class Preparation {
       campaign_.notices.push_back(fmt::format("{}: {}; left out", recording.file, why));
       return;
     }
+    const double sample_s = sampling_time_s(recording);
+    if (sample_s > gap_s_) {
+      campaign_.notices.push_back(fmt::format(
+          "{}: its samples are {:.3g} s apart, and holes longer than {:.3g} s are not passed over; left out",
+          recording.file, sample_s, gap_s_));
+      return;
+    }
     with_wind_ += inputs.has_wind() ? 1 : 0;
     ++used_;
 
-    const double sample_s = sampling_time_s(recording);
     const bool is_thinned = sample_s < kPolicy.filter.thinned_below * target_s_;
     const double bin_s = is_thinned ? std::round(target_s_ / sample_s) * sample_s : 0.0;
     const double step_s = is_thinned ? bin_s : sample_s;

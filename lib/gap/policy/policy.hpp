@@ -400,7 +400,7 @@ struct ShowPolicy {
   double possible = 0.01;  ///< [-] probability that is worth a word | origin: choice
   double other_form = 0.2;  ///< [-] of what is called unknown: how often it is an effect of the catalogue that acts in another form | origin: measured, docs/proof.md
   double student95 = 2.776;  ///< [sd] reach of intervals of 95 %: Student's with four degrees of freedom | origin: measured, 142 intervals of two sealed runs
-  double normal95 = 1.960;  ///< [sd] the same of a normal distribution | origin: theory, as far as reports use it
+  double normal95 = 1.960;  ///< [sd] the same of a normal distribution | origin: theory
   double least_sd = 1e-12;  ///< [s] floor of a delay's sd before dividing by it | origin: choice, rounding
 };
 
