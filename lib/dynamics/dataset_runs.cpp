@@ -81,12 +81,12 @@ struct DrawnWind {
   io::Json mean;
 };
 
-//   attempt  "" for the first one that is drawn
-DrawnWind draw_wind(const RunSpec& run, const RunSeed& seed, const std::string& attempt = "") {
-  RandomStream stream = seed.stream("wind of a run" + attempt);
+//   of  "" for a run's own; a replay, which has the place of the run that it replays, has its wind by other numbers
+DrawnWind draw_wind(const RunSpec& run, const RunSeed& seed, const std::string& of = "") {
+  RandomStream stream = seed.stream("wind of a run" + of);
   const double speed = draw(run.wind_speed_mps, stream);
   const double direction = draw(run.wind_dir, stream);
-  return {run.has_stochastic_wind ? WindProcess::stochastic(speed, direction, seed.stream("stochastic wind" + attempt))
+  return {run.has_stochastic_wind ? WindProcess::stochastic(speed, direction, seed.stream("stochastic wind" + of))
                                   : WindProcess::steady(speed, direction),
           {{"speed_mps", speed}, {"dir_deg", rad_to_deg(direction)}}};
 }
@@ -128,7 +128,7 @@ SimulatedRun replay_in_wind(const DatasetSpec& spec, const RunSpec& run, const R
   const FroudeLaw law(other.ship.particulars.L_pp / spec.ship.particulars.L_pp);
   const Trajectory scaled = scaled_down(recording, law);
   for (std::size_t winds = 1; winds <= kMostWinds; ++winds) {
-    const DrawnWind wind = draw_wind(run, seed, winds == 1 ? "" : fmt::format(" {}", winds));
+    const DrawnWind wind = draw_wind(run, seed, fmt::format(" of a replay, drawn {}", winds));
     Trajectory truth =
         replay_to_scale(spec.ship, recording, law, wind.process, {spec.grid.dt_s, spec.grid.sample_s, run.duration_s});
     if (is_like(truth, scaled))
@@ -216,15 +216,16 @@ void require_possible(const Ship& ship, const RunSpec& run) {
 }
 
 io::Json summary_of(const std::vector<io::Json>& notes) {
-  std::size_t replays = 0, winds = 0;
+  std::size_t replays = 0, winds = 0, anew = 0;
   for (const io::Json& note : notes) {
     if (!note.contains("winds_drawn")) continue;
+    const auto of_run = note["winds_drawn"].get<std::size_t>();
     ++replays;
-    winds += note["winds_drawn"].get<std::size_t>();
+    winds += of_run;
+    anew += of_run > 1 ? 1 : 0;
   }
   if (replays == 0) return io::Json::object();
-  const auto anew = static_cast<double>(winds - replays);
-  return {{"winds_drawn", winds}, {"share_drawn_anew", anew / static_cast<double>(winds)}};
+  return {{"winds_drawn", winds}, {"share_drawn_anew", static_cast<double>(anew) / static_cast<double>(replays)}};
 }
 
 }  // namespace leeway

@@ -186,10 +186,18 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool 
   const Fields of = find_fields(csv, path, map, keep_unknown, trajectory);
   check_columns(csv, path, map, of);
 
+  std::vector<double> marks;  // of missing samples that are numbers: however such a number is written
+  if (map != nullptr)
+    for (const std::string& mark : map->missing)
+      if (double value = 0.0; parse_number(mark, value)) marks.push_back(value);
   const auto is_missing = [&](std::string_view field) {
     field = trim(field);
-    return field.empty() ||
-           (map != nullptr && std::find(map->missing.begin(), map->missing.end(), field) != map->missing.end());
+    if (field.empty()) return true;
+    if (map == nullptr) return false;
+    double value = 0.0;
+    return std::find(map->missing.begin(), map->missing.end(), field) != map->missing.end() ||
+           (!marks.empty() && parse_number(field, value) &&
+            std::find(marks.begin(), marks.end(), value) != marks.end());
   };
   const std::vector<double>& time = trajectory[Channel::t];
   trajectory.ignored_texts.resize(of.kept.size());

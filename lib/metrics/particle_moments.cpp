@@ -39,6 +39,7 @@ void add_row(PredictedSequence& sequence, const io::PredictionRow& row, const io
                      fmt::format("got {} s, but other particles of recording '{}', sequence {}, step {} are at {} s",
                                  row.t_s, row.recording, row.sequence, row.step, step.t_s));
   step.moments.add(row.nu, row.eta(0), row.eta(1));
+  step.particles.push_back({row.nu, row.member});
   step.particle_hash += spread(row.particle);
 
   if (row.particle >= sequence.member_of_particle.size())

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/types.hpp"
+#include "metrics/honest_distance.hpp"
 
 namespace leeway {
 
@@ -37,13 +38,14 @@ class ParticleMoments {
   double squared_off_ = 0.0;
 };
 
-/// The particles of one K-step sequence, reduced to their moments.
+/// The particles of one K-step sequence, and their moments.
 struct PredictedSequence {
   struct Step {
     double t_s = 0.0;
     std::size_t line = 0;  ///< of its first row
     ParticleMoments moments;
-    std::size_t particle_hash = 0;  ///< sum of mixed particle numbers: equal for steps with the same particles
+    std::vector<ParticleState> particles;  ///< in the order of the rows
+    std::size_t particle_hash = 0;         ///< sum of mixed particle numbers: equal for steps with the same particles
   };
   std::vector<Step> steps;
   std::vector<std::size_t> member_of_particle;  ///< the first one seen; kNoMember for a number that never came
@@ -59,8 +61,8 @@ struct PredictedRecording {
   std::string sampling, initial_state;  ///< what the prediction says of itself; may be empty
 };
 
-/// Reads a prediction CSV ("-": standard input) whose rows may come in any order, and keeps moments only: memory does
-/// not grow with the number of particles. Recordings come sorted by name.
+/// Reads a prediction CSV ("-": standard input) whose rows may come in any order; 32 bytes of memory for each of them.
+/// Recordings come sorted by name.
 ///   known  names of the recordings with a truth
 /// Throws InputError for a recording that is not known, two times for one step, times that do not increase, a particle
 /// that comes twice at a step or not at all (so that the tail of a broken stream does not pass), or no row at all.

@@ -16,12 +16,14 @@
 #include "io/csv.hpp"
 #include "io/files.hpp"
 #include "io/result_folder.hpp"
+#include "metrics/proper_scores.hpp"
 
 namespace leeway {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kFullRank = 1e-10;   // smallest eigenvalue of the correlation matrix
+constexpr double kFullRank = 1e-10;  // smallest eigenvalue of the correlation matrix
+constexpr std::array<const char*, 3> kVelocityNames{"u", "vm", "r"};
 constexpr double kSameState = 1e-12;  // squared: velocities that were read from one file differ by rounding alone
 
 // Mean of numbers that come one by one; NaN while there is none.
@@ -81,6 +83,11 @@ io::Json units() {
           {"rmse_r_degps", "deg/s"},
           {"rmse_position_m", "m"},
           {"coverage", "1"},
+          {"maha_honest", "1"},
+          {"energy_score", "sqrt((m/s)^2 + (rad/s)^2)"},
+          {"log_score", "-ln(1/((m/s)^2 rad/s))"},
+          {"crps", "m/s, m/s, deg/s"},
+          {"pit", "1"},
           {"L_fit", "1"}};
 }
 
@@ -105,8 +112,18 @@ io::Json to_json(const Scores& s) {
                 {"rmse_position_m", number_or_null(s.rmse_position)}};
   io::Json coverage = io::Json::object();
   for (std::size_t i = 0; i < kCoverageLevels.size(); ++i)
-    coverage[fmt::format("{}", kCoverageLevels[i])] = number_or_null(s.coverage[i]);
+    coverage[fmt::format("{:.0f}", 100.0 * kCoverageLevels[i])] = number_or_null(s.coverage[i]);
   json["coverage"] = coverage;
+  json["maha_honest"] = number_or_null(s.maha_honest);
+  json["energy_score"] = number_or_null(s.energy_score);
+  json["log_score"] = number_or_null(s.log_score);
+  json["crps"] = {{"u_mps", number_or_null(s.crps(0))},
+                  {"vm_mps", number_or_null(s.crps(1))},
+                  {"r_degps", number_or_null(rad_to_deg(s.crps(2)))}};
+  io::Json pit = io::Json::object();
+  for (std::size_t i = 0; i < s.pit.size(); ++i)
+    for (const double share : s.pit[i]) pit[kVelocityNames[i]].push_back(number_or_null(share));
+  json["pit"] = pit;
   json["L_fit"] = number_or_null(s.L_fit);
   json["units"] = units();
   return json;
@@ -149,7 +166,8 @@ std::optional<double> squared_mahalanobis(const Vec3<double>& error, const Eigen
 }
 
 RecordingScores score(const PredictedRecording& prediction, const Trajectory& truth, const ScoreOptions& options,
-                      io::States against) {
+                      HonestDistances& honest, io::States against) {
+  const Vec3<double> noise = against == io::States::observations ? options.noise : Vec3<double>::Zero();
   RecordingScores result;
   result.name = prediction.name;
   result.file = truth.file;
@@ -177,7 +195,12 @@ RecordingScores score(const PredictedRecording& prediction, const Trajectory& tr
       const Vec3<double> error = there.nu - point.mean;
       if (!error.hasNaN()) {
         point.squared_eucl = error.squaredNorm();
-        if (const auto maha = squared_mahalanobis(error, Sigma)) point.squared_maha = *maha;
+        const Eigen::Matrix3d with_noise = Sigma + Eigen::Matrix3d(noise.cwiseAbs2().asDiagonal());
+        if (const auto maha = squared_mahalanobis(error, with_noise)) {
+          point.squared_maha = *maha;
+          point.log_score = gaussian_log_score(*maha, with_noise);
+        }
+        if (k > 0) add_proper_scores(step.particles, noise, {prediction.name, number, k}, honest, point);
         point.squared_position = (there.position - step.moments.mean_position()).squaredNorm();
         // Mean over particles of (truth - particle)^2 = error of the mean squared + variance.
         point.fit = (error.cwiseAbs2() + Sigma.diagonal()).cwiseQuotient(options.sigma.cwiseAbs2()).sum();
@@ -194,8 +217,10 @@ RecordingScores score(const PredictedRecording& prediction, const Trajectory& tr
 Scores summarize(const std::string& name, std::span<const RecordingScores> recordings) {
   Scores s;
   s.name = name;
-  Mean eucl, maha, position, fit;
-  std::array<Mean, 3> squared;
+  Mean eucl, maha, position, fit, honest, energy, log_score;
+  std::array<Mean, 3> squared, crps;
+  std::array<std::array<std::size_t, kPitBins>, 3> in_bin{};
+  bool honest_is_finite = true;
   std::array<std::size_t, 3> covered{};
   std::vector<double> eucl_distances, maha_distances;
   std::set<std::size_t> members;
@@ -222,12 +247,19 @@ Scores summarize(const std::string& name, std::span<const RecordingScores> recor
       eucl.add(point.squared_eucl);
       for (int i = 0; i < 3; ++i) squared[i].add((point.truth(i) - point.mean(i)) * (point.truth(i) - point.mean(i)));
       if (!std::isnan(point.squared_position)) position.add(point.squared_position);
+      energy.add(point.energy);
+      for (std::size_t i = 0; i < 3; ++i) {
+        crps[i].add(point.crps(i));
+        ++in_bin[i][std::min(kPitBins - 1, static_cast<std::size_t>(point.pit(i) * kPitBins))];
+      }
       if (std::isnan(point.squared_maha)) continue;
       maha.add(point.squared_maha);
       eucl_distances.push_back(std::sqrt(point.squared_eucl));
       maha_distances.push_back(std::sqrt(point.squared_maha));
-      for (std::size_t i = 0; i < covered.size(); ++i)
-        if (point.squared_maha <= kCoverageQuantiles[i]) ++covered[i];
+      log_score.add(point.log_score);
+      honest.add(point.honest_maha);
+      honest_is_finite = honest_is_finite && !std::isnan(point.honest_maha);
+      for (std::size_t i = 0; i < covered.size(); ++i) covered[i] += point.covered[i] ? 1 : 0;
     }
   }
   s.points = eucl.count;
@@ -249,6 +281,14 @@ Scores summarize(const std::string& name, std::span<const RecordingScores> recor
     for (std::size_t i = 0; i < covered.size(); ++i)
       s.coverage[i] = static_cast<double>(covered[i]) / static_cast<double>(maha.count);
   s.L_fit = fit.value();
+  s.maha_honest = honest_is_finite ? honest.value() : kMissing;
+  s.energy_score = energy.value();
+  s.log_score = log_score.value();
+  for (std::size_t i = 0; i < 3; ++i) {
+    s.crps(i) = crps[i].value();
+    for (std::size_t bin = 0; bin < kPitBins; ++bin)
+      s.pit[i][bin] = eucl.count > 0 ? static_cast<double>(in_bin[i][bin]) / static_cast<double>(eucl.count) : kMissing;
+  }
   return s;
 }
 
@@ -349,11 +389,12 @@ Evaluation evaluate(const PredictionSource& source, const std::map<std::string, 
   for (const auto& [key, recording] : sorted) predictions.push_back(recording);
 
   Evaluation evaluation;
+  HonestDistances honest;
   evaluation.recordings.resize(predictions.size());
   parallel_for(predictions.size(), options.jobs, [&](std::size_t i) {
     const Reference& truth = truths.at(predictions[i]->name);
     evaluation.recordings[i] =
-        score(*predictions[i], io::read_trajectory(truth.truth, options.columns), options, truth.states);
+        score(*predictions[i], io::read_trajectory(truth.truth, options.columns), options, honest, truth.states);
     evaluation.recordings[i].set = truth.set;
   });
 
@@ -400,7 +441,8 @@ io::Json to_json(const Evaluation& evaluation) {
 std::string per_step_text(const Evaluation& evaluation) {
   std::string text =
       "recording,sequence,step,t_s,u_mean_mps,vm_mean_mps,r_mean_degps,u_sd_mps,vm_sd_mps,r_sd_degps,u_truth_mps,"
-      "vm_truth_mps,r_truth_degps,position_error_m,position_sd_m,eucl,maha\n";
+      "vm_truth_mps,r_truth_degps,position_error_m,position_sd_m,eucl,maha,maha_honest,energy,log_score,crps_u_mps,"
+      "crps_vm_mps,crps_r_degps,pit_u,pit_vm,pit_r\n";
   const auto append = [&](double value) {
     text += ',';
     io::append_number(text, value);
@@ -418,6 +460,13 @@ std::string per_step_text(const Evaluation& evaluation) {
       append(point.position_sd);
       append(std::sqrt(point.squared_eucl));
       append(std::sqrt(point.squared_maha));
+      append(point.honest_maha);
+      append(point.energy);
+      append(point.log_score);
+      append(point.crps(0));
+      append(point.crps(1));
+      append(rad_to_deg(point.crps(2)));
+      for (const double pit : point.pit) append(pit);
       text += '\n';
     }
   }
@@ -427,19 +476,24 @@ std::string per_step_text(const Evaluation& evaluation) {
 std::string summary_text(const Evaluation& evaluation) {
   std::size_t width = 8;
   for (const Scores& s : evaluation.datasets) width = std::max(width, s.name.size());
-  std::string text = fmt::format("{:<{}} {:>9} {:>5} {:>9} {:>11} {:>11} {:>9} {:>11} {:>9} {:>9} {:>10} {:>8}\n",
-                                 "set", width, "sequences", "K", "particles", "L_eucl", "L_maha", "undefined",
-                                 "correlation", "u [m/s]", "vm [m/s]", "r [deg/s]", "pos [m]");
+  std::string text =
+      fmt::format("{:<{}} {:>9} {:>5} {:>9} {:>11} {:>11} {:>8} {:>13} {:>9} {:>11} {:>9} {:>9} {:>10} {:>8}\n", "set",
+                  width, "sequences", "K", "particles", "L_eucl", "L_maha", "(honest)", "50/90/99 % in", "undefined",
+                  "correlation", "u [m/s]", "vm [m/s]", "r [deg/s]", "pos [m]");
   const auto shown = [](double x, const char* format) {
     return !std::isfinite(x) ? std::string("-") : fmt::format(fmt::runtime(format), x);
   };
   const auto line = [&](const Scores& s) {
-    fmt::format_to(std::back_inserter(text),
-                   "{:<{}} {:>9} {:>5} {:>9} {:>11} {:>11} {:>9} {:>11} {:>9} {:>9} {:>10} {:>8}\n", s.name, width,
-                   s.sequences, s.steps, s.particles ? fmt::format("{}", *s.particles) : "-", shown(s.L_eucl, "{:.4g}"),
-                   shown(s.L_maha, "{:.4g}"), shown(s.maha_undefined_fraction, "{:.3f}"),
-                   shown(s.correlation, "{:.3f}"), shown(s.rmse(0), "{:.4f}"), shown(s.rmse(1), "{:.4f}"),
-                   shown(rad_to_deg(s.rmse(2)), "{:.4f}"), shown(s.rmse_position, "{:.3f}"));
+    fmt::format_to(
+        std::back_inserter(text),
+        "{:<{}} {:>9} {:>5} {:>9} {:>11} {:>11} {:>8} {:>13} {:>9} {:>11} {:>9} {:>9} {:>10} {:>8}\n", s.name, width,
+        s.sequences, s.steps, s.particles ? fmt::format("{}", *s.particles) : "-", shown(s.L_eucl, "{:.4g}"),
+        shown(s.L_maha, "{:.4g}"), shown(s.maha_honest, "{:.3g}"),
+        std::isnan(s.coverage[0])
+            ? "-"
+            : fmt::format("{:.0f}/{:.0f}/{:.0f}", 100.0 * s.coverage[0], 100.0 * s.coverage[1], 100.0 * s.coverage[2]),
+        shown(s.maha_undefined_fraction, "{:.3f}"), shown(s.correlation, "{:.3f}"), shown(s.rmse(0), "{:.4f}"),
+        shown(s.rmse(1), "{:.4f}"), shown(rad_to_deg(s.rmse(2)), "{:.4f}"), shown(s.rmse_position, "{:.3f}"));
   };
   for (const Scores& s : evaluation.datasets) line(s);
   line(evaluation.overall);

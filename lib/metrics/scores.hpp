@@ -24,6 +24,9 @@ namespace leeway {
 struct ScoreOptions {
   Vec3<double> sigma{0.01, 0.01, 0.1 * kDegree};  ///< of L_fit: [m/s], [m/s], [rad/s]
   const io::ColumnsMap* columns = nullptr;        ///< of the truth files
+  /// Standard deviation of the sensors' noise, where predictions are laid beside observations: (u, v_m [m/s], r
+  /// [rad/s]). It is part of what is predicted then: the recording's values are one more draw of it.
+  Vec3<double> noise = Vec3<double>::Zero();
   std::size_t jobs = 1;
 };
 
@@ -50,6 +53,12 @@ struct PointScore {
   double squared_position = kMissing;  ///< of the mean position [m^2]; NaN where one of the two has none
   double position_sd = 0.0;            ///< root mean squared distance of the particles from their mean position [m]
   double fit = kMissing;               ///< mean over particles of the sum of squared errors over sigma^2
+  double honest_maha = kMissing;       ///< mean of squared_maha of an honest law; NaN where that is not finite
+  std::array<bool, 3> covered{};       ///< whether squared_maha is within the honest radii of kCoverageLevels
+  double energy = kMissing;            ///< energy score [sqrt((m/s)^2 + (rad/s)^2)]
+  double log_score = kMissing;         ///< -ln of the Gaussian density with the particles' moments [SI]
+  Vec3<double> crps{kMissing, kMissing, kMissing};  ///< [m/s, m/s, rad/s]
+  Vec3<double> pit{kMissing, kMissing, kMissing};   ///< share of the predicted law below the truth
 };
 
 struct RecordingScores {
@@ -66,9 +75,12 @@ struct RecordingScores {
 };
 
 /// Compares a prediction with the truth of the same recording.
-///   against  what the states of `truth` are
+///   against  what the states of `truth` are; to observations the noise of the options belongs
+///   honest   shared by all recordings
 RecordingScores score(const PredictedRecording& prediction, const Trajectory& truth, const ScoreOptions& options,
-                      io::States against = io::States::unstated);
+                      HonestDistances& honest, io::States against = io::States::unstated);
+
+inline constexpr std::size_t kPitBins = 10;
 
 /// The figures of one data set, by the definitions of docs/eval-metrics.md. NaN is an undefined figure.
 struct Scores {
@@ -89,12 +101,13 @@ struct Scores {
   Vec3<double> rmse{kMissing, kMissing, kMissing};
   double rmse_position = kMissing;
   std::array<double, 3> coverage{kMissing, kMissing, kMissing};  ///< of the regions of kCoverageLevels
+  double maha_honest = kMissing;  ///< what L_maha would be in the mean if the truth came from the predicted law
+  double energy_score = kMissing, log_score = kMissing;  ///< means of the points'
+  Vec3<double> crps{kMissing, kMissing, kMissing};
+  /// Share of the points whose PIT falls in each tenth, by channel; NaN without points.
+  std::array<std::array<double, kPitBins>, 3> pit{};
   double L_fit = kMissing;
 };
-
-inline constexpr std::array<double, 3> kCoverageLevels{0.5, 0.9, 0.99};
-/// Quantiles of chi-square with three degrees of freedom for kCoverageLevels.
-inline constexpr std::array<double, 3> kCoverageQuantiles{2.3659738843753377, 6.251388631170325, 11.344866730144373};
 
 /// Figures over the given recordings, added in their order.
 Scores summarize(const std::string& name, std::span<const RecordingScores> recordings);

@@ -153,6 +153,32 @@ TEST_CASE("dataset: a run and its replay have one plan, one length and the same 
   }
 }
 
+TEST_CASE("dataset: a replay has a wind of its own", "[dynamics][dataset]") {
+  const DatasetSpec full = read_dataset_spec("paper-full-scale"), model = read_dataset_spec("paper-model-scale");
+  const std::vector<PlacedRun> large = placed_runs(full, 1), small = placed_runs(model, 1);
+  std::vector<double> of_ship, of_model;
+  double alike = 0.0;  // mean of the cosine between the two directions
+  for (std::size_t i = 0; i < 41; ++i) {
+    const io::Json ship = simulate_run(full, large[i].run, 1, i).notes.at("wind"),
+                   replay = simulate_run(model, small[i].run, 1, i).notes.at("wind");
+    of_ship.push_back(ship.at("speed_mps"));
+    of_model.push_back(replay.at("speed_mps"));
+    CHECK(of_model.back() <= 0.5);
+    alike += std::cos(deg_to_rad(ship.at("dir_deg").get<double>() - replay.at("dir_deg").get<double>())) / 41.0;
+  }
+  const auto off = [](std::vector<double> values) {
+    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+    for (double& value : values) value -= mean;
+    return values;
+  };
+  const std::vector<double> x = off(of_ship), y = off(of_model);
+  const double correlation = std::inner_product(x.begin(), x.end(), y.begin(), 0.0) /
+                             std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0) *
+                                       std::inner_product(y.begin(), y.end(), y.begin(), 0.0));
+  CHECK(std::abs(correlation) < 0.5);  // three standard deviations of what chance makes
+  CHECK(std::abs(alike) < 0.4);        // likewise
+}
+
 TEST_CASE("dataset: few replays are drawn anew", "[dynamics][dataset]") {
   const DatasetSpec model = read_dataset_spec("paper-model-scale");
   for (const std::uint64_t seed : {1U, 6U}) {  // of the latter some are

@@ -145,7 +145,7 @@ TEST_CASE("trajectory: a columns map reads a foreign recording", "[io][columns]"
                     Contains("no column 'speed'; found time, side, yaw rate"));
 }
 
-TEST_CASE("trajectory: a number may mark a missing sample, with blanks around it", "[io][columns]") {
+TEST_CASE("trajectory: a number may mark a missing sample, however it is written", "[io][columns]") {
   const test::TemporaryFolder folder;
   const io::ColumnsMap map = io::read_columns_map(folder.write(
       "map.json",
@@ -156,6 +156,12 @@ TEST_CASE("trajectory: a number may mark a missing sample, with blanks around it
   REQUIRE(t.size() == 2);
   CHECK(std::isnan(t[Channel::u][0]));
   CHECK(std::isnan(t[Channel::vm][1]));
+  const Trajectory other = io::read_trajectory(
+      folder.write("rec.csv", header + "0,-9999.0,0.1,0\n1,1,-9.999e3,0\n2,-09999,-9998,0\n"), &map);
+  CHECK(std::isnan(other[Channel::u][0]));
+  CHECK(std::isnan(other[Channel::vm][1]));
+  CHECK(std::isnan(other[Channel::u][2]));
+  CHECK(other[Channel::vm][2] == -9998.0);
   CHECK_THROWS_WITH(io::read_trajectory(folder.write("rec.csv", header + "-9999,1,0,0\n"), &map),
                     Contains("rec.csv:2: column 't_s': expected a finite number [s], got '-9999'"));
 }

@@ -52,9 +52,9 @@ TEST_CASE("scores: a case computed by hand", "[metrics]") {
   //   k = 1: truth - mean = (0.1, 0.2, -0.05): eucl^2 = 0.01 + 0.04 + 0.0025 = 0.0525;
   //          maha^2 = 6 (0.01/0.02 + 0.04/0.08 + 0.0025/0.005) = 9
   //   k = 2: truth - mean = (0, 0.1, 0):       eucl^2 = 0.01, maha^2 = 6 0.01/0.08 = 0.75
-  // L_eucl = 0.03125, L_maha = 4.875; two points: the correlation is 1. Coverage: 0.75 lies within 2.37, 9 within 11.3
-  // but not within 6.25, so 0.5, 0.5, 1. The truth is 3 m, then 5 m from the mean position: rmse sqrt(17).
-  // L_fit with sigma (0.01, 0.01, 0.1 deg/s): the mean over k = 0, 1, 2 of (error^2 + Sigma_ii)/sigma_i^2.
+  // L_eucl = 0.03125, L_maha = 4.875; two points: the correlation is 1. The truth is 3 m, then 5 m from the mean
+  // position: rmse sqrt(17). L_fit with sigma (0.01, 0.01, 0.1 deg/s): the mean over k = 0, 1, 2 of (error^2 +
+  // Sigma_ii)/sigma_i^2.
   const Folder folder;
   const Vec3<double> mean{1.0, -0.5, 0.2};
   std::string rows;
@@ -88,7 +88,14 @@ TEST_CASE("scores: a case computed by hand", "[metrics]") {
   const std::vector<PointScore>& points = evaluation.recordings[0].points;
   CHECK(points[1].position_sd == 0.0);
   CHECK_THAT(points[2].position_sd, WithinRel(std::sqrt(2.0 * (0.25 + 2.25 + 6.25) / 6.0), 1e-12));
-  CHECK(s.coverage == std::array<double, 3>{0.5, 0.5, 1.0});
+  // CRPS of u: at k = 1 particles at -0.1, 0.1 and four at 0 about the mean, the truth 0.1 above it; at k = 2 on it.
+  //   mean |x - y| = (0.2 + 0 + 4 0.1)/6 = 0.1, and (0.1 + 0.1)/6; half of the mean distance apart (0.2 + 8 0.1)/36
+  CHECK_THAT(s.crps(0), WithinRel((0.1 + 0.2 / 6.0) / 2.0 - 1.0 / 36.0, 1e-9));
+  // PIT of u: 5 of 6 below and one equal; 1 below and 4 equal.
+  CHECK_THAT(points[1].pit(0), WithinRel(5.5 / 6.0, 1e-12));
+  CHECK_THAT(points[2].pit(0), WithinRel(0.5, 1e-12));
+  CHECK(s.pit[0][9] == 0.5);
+  CHECK(s.pit[0][5] == 0.5);
   const double sigma_r2 = std::pow(0.1 * kPi / 180.0, 2);
   const double fit_1 = (0.01 + 0.02 / 6.0 + 0.04 + 0.08 / 6.0) / 1e-4 + (0.0025 + 0.005 / 6.0) / sigma_r2;
   const double fit_2 = (0.02 / 6.0 + 0.01 + 0.08 / 6.0) / 1e-4 + 0.005 / 6.0 / sigma_r2;
@@ -125,7 +132,7 @@ TEST_CASE("scores: three members give null and count as undefined, in the JSON t
   const io::Json json = to_json(evaluation)["datasets"][0];
   CHECK(json["L_maha"].is_null());
   CHECK(json["correlation_eucl_maha"].is_null());
-  CHECK(json["coverage"]["0.9"].is_null());
+  CHECK(json["coverage"]["90"].is_null());
   CHECK(json["rmse_position_m"].is_null());
   CHECK(json["L_eucl"].is_number());
   CHECK(json["members"] == 3);
@@ -187,48 +194,6 @@ TEST_CASE("scores: the order of rows and of files does not matter", "[metrics]")
   CHECK_THAT(second.correlation, WithinRel(first.correlation, 1e-12));
   CHECK_THAT(second.L_fit, WithinRel(first.L_fit, 1e-12));
   CHECK(second.sequences == 4);
-}
-
-TEST_CASE("scores: a Gaussian truth is covered as often as the levels say", "[metrics]") {
-  // 4000 points, each with its own 2000 particles of a correlated Gaussian, the truth drawn from the same.
-  RandomStream stream(4, "coverage");
-  Eigen::Matrix3d L;
-  L << 0.1, 0, 0, 0.05, 0.2, 0, -0.004, 0.003, 0.01;
-  const auto draw = [&] {
-    const double a = stream.normal(), b = stream.normal(), c = stream.normal();
-    return Vec3<double>(L * Vec3<double>(a, b, c));
-  };
-  const int n = 4000;
-  RecordingScores recording;
-  recording.particles_of_sequence = {2000};
-  ParticleMoments moments;
-  for (int p = 0; p < 200'000; ++p) moments.add(draw(), 0.0, 0.0);
-  for (int i = 0; i < n; ++i) {
-    PointScore point;
-    point.step = 1;
-    point.mean = moments.mean();
-    point.truth = draw();
-    const Vec3<double> error = point.truth - point.mean;
-    point.squared_eucl = error.squaredNorm();
-    point.squared_maha = squared_mahalanobis(error, moments.covariance()).value();
-    point.fit = 0.0;
-    recording.points.push_back(point);
-  }
-  const Scores s = summarize("gauss", std::span(&recording, 1));
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double p = kCoverageLevels[i];
-    CHECK_THAT(s.coverage[i], WithinAbs(p, 4.0 * std::sqrt(p * (1.0 - p) / n)));
-  }
-  // The mean of chi-square with three degrees of freedom is 3, its variance 6.
-  CHECK_THAT(s.L_maha, WithinAbs(3.0, 4.0 * std::sqrt(6.0 / n)));
-}
-
-TEST_CASE("scores: the quantiles are those of chi-square with three degrees of freedom", "[metrics]") {
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double x = kCoverageQuantiles[i];
-    const double cdf = std::erf(std::sqrt(x / 2.0)) - std::sqrt(2.0 * x / kPi) * std::exp(-x / 2.0);
-    CHECK_THAT(cdf, WithinAbs(kCoverageLevels[i], 1e-14));
-  }
 }
 
 TEST_CASE("scores: sets are distinguished by folder and by dataset.json, and overall weighs points alike",

@@ -430,12 +430,11 @@ std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& t
   return {sum, std::sqrt(variance * n)};
 }
 
-bool Comparison::holds(std::size_t better, std::size_t than, double p_value) const {
+bool Comparison::holds(std::size_t better, std::size_t than, bool is_surely_left) const {
   const auto [sum, sd] = gain(all_[better], all_[than]);
   const Fitted& one = all_[better];
   return gap::holds({log_odds(better) - log_odds(than), is_significant(one), has_terms(one.hypothesis.names()),
-                     than == 0, sum, sd, p_value},
-                    options_.false_alarm);
+                     than == 0, sum, sd, is_surely_left});
 }
 
 bool Comparison::is_significant(const Fitted& fitted) const {

@@ -68,7 +68,7 @@ class Comparison {
   /// is more than nothing.
   ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough; where
   ///            the evidence for a name is strong, none is needed
-  bool holds(std::size_t better, std::size_t than, double p_value) const;
+  bool holds(std::size_t better, std::size_t than, bool is_surely_left) const;
 
  private:
   bool is_significant(const Fitted& fitted) const;

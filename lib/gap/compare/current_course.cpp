@@ -56,7 +56,8 @@ FreeEffect::Parameter summed_up(const std::string& name, const std::vector<doubl
   double mean = 0.0, square = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i)
     mean += weights[i] / all * values[i], square += weights[i] / all * values[i] * values[i];
-  return {name, quantile(0.5), std::sqrt(std::max(0.0, square - mean * mean)), quantile(0.025), quantile(0.975)};
+  return {name, quantile(0.5), std::sqrt(std::max(0.0, square - mean * mean)), quantile(kPolicy.show.tail95),
+          quantile(1.0 - kPolicy.show.tail95)};
 }
 
 // Coordinates are cosines by these.

@@ -16,7 +16,7 @@ namespace {
 double log_prior(const Hypothesis& hypothesis, bool with_ways = true) {
   const std::size_t effects = hypothesis.names().size();
   double result = -std::log(kPolicy.compare.sets_of_effects) - log_ways(count_of_tried_effects(), effects);
-  if (effects > 0) result -= (static_cast<double>(effects) - 2.0) * std::log(2.0);
+  if (effects > 0) result -= (static_cast<double>(effects) - 2.0) * std::log(kPolicy.compare.fewer_are_likelier);
   for (const FreeEffect& effect : hypothesis.effects) {
     if (!with_ways) break;
     result -= effect.log_ways();

@@ -46,7 +46,7 @@ Left left_beside(const Campaign& campaign, const Fitted& fitted, const GapExplai
   locate_options.jobs = options.locate.jobs;
   locate_options.seed = options.locate.seed;
   Left left{detect(with, fit, library, detect_options).p_value, strongest_interval(with, fit, locate_options)};
-  left.p_value = std::min(1.0, 2.0 * std::min(left.p_value, left.interval.p_value));
+  left.p_value = std::min(1.0, kPolicy.compare.families_beside * std::min(left.p_value, left.interval.p_value));
   return left;
 }
 
@@ -230,7 +230,7 @@ class Selector {
     Likeliest likeliest{stated[best], stated[0], 0.0, comparison_.log_odds(best), p_value};
     for (std::size_t i = 1; i < stated.size(); ++i)
       if (!may_be(i)) likeliest.of_other_forms = std::max(likeliest.of_other_forms, stated[i]);
-    if (is_certain(likeliest, rate) && comparison_.holds(best, 0, is_likelier(likeliest, rate) ? 0.0 : 1.0))
+    if (is_certain(likeliest, rate) && comparison_.holds(best, 0, is_likelier(likeliest, rate)))
       selection_.chosen = best;
     if (selection_.chosen == 0) selection_.left_p_value = p_value;
   }
@@ -267,7 +267,7 @@ class Selector {
       LeftBeside beside{left_p, evidence(chosen) - evidence(0), selection_.error, std::nullopt};
       if (next) beside.log_odds_of_next = comparison_.log_odds(*next) - comparison_.log_odds(chosen);
       selection_.is_negligible = is_negligible(beside, rate);
-      if (!next || !comparison_.holds(*next, chosen, left_p)) break;
+      if (!next || !comparison_.holds(*next, chosen, left_p < surely(rate))) break;
       if (!may_be_added(left_p, *beside.log_odds_of_next, rate)) break;
       chosen = *next;
       selection_.is_negligible = false;
@@ -284,7 +284,7 @@ class Selector {
     progress(0.86, "terms for what is left");
     const auto added =
         comparison_.add(chosen, terms_beside(campaign_, comparison_.all()[chosen], options_.locate.jobs));
-    if (!added || !comparison_.holds(*added, chosen, selection_.left_p_value) ||
+    if (!added || !comparison_.holds(*added, chosen, selection_.left_p_value < surely(options_.locate.false_alarm)) ||
         comparison_.log_odds(*added) <= comparison_.log_odds(selection_.best))
       return;
     selection_.chosen = *added;
@@ -302,7 +302,7 @@ class Selector {
         std::optional<std::size_t> reduced = std::size_t{0};
         for (std::size_t i = 0; i < names.size() && reduced; ++i)
           if (i != out) reduced = comparison_.add(*reduced, starts_with(*reduced, names[i]));
-        if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, 1.0)) {
+        if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, false)) {
           chosen = *reduced;
           is_shorter = true;
         }

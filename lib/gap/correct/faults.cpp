@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "gap/decide/decide.hpp"
+#include "gap/decide/sensors.hpp"
 #include "gap/sensors/audit.hpp"
 #include "gap/sensors/sensor_faults.hpp"
 
@@ -19,7 +20,7 @@ void share_rate(Audit& audit) {
     }
 }
 
-bool is_faint(const Fault& fault, double false_alarm) { return fault.p_value >= tests() * false_alarm * false_alarm; }
+bool is_faint(const Fault& fault, double false_alarm) { return is_faint(fault.p_value, false_alarm); }
 
 bool is_early(const Fault& fault) { return traits_of(fault.name).is_late_only && fault.parameters.front().value < 0.0; }
 
@@ -29,7 +30,7 @@ std::vector<Fault> suspects_of(const Audit& audit) {
   std::vector<Fault> suspects;
   for (const Fault& fault : audit.hypotheses) {
     const auto is_same = [&](const Fault& other) { return other.name == fault.name; };
-    if (fault.p_value < kPolicy.decide.suspected_p && can_be_compared(fault) && fault.heldout_gain > 0.0 &&
+    if (is_suspect({fault.p_value, fault.heldout_gain, fault.heldout_gain_sd}) && can_be_compared(fault) &&
         std::none_of(suspects.begin(), suspects.end(), is_same))
       suspects.push_back(fault);
   }
@@ -46,7 +47,6 @@ void withdraw(Findings& findings, std::vector<Fault> certain, const std::string&
       findings.audit.notices.push_back(
           fmt::format("{} (p = {:.2g}): not so, since {}", fault.sentence, fault.p_value, why));
   faults = std::move(certain);
-  if (faults.empty()) findings.audit.verdict = Audit::Verdict::consistent;
 }
 
 double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajectory>& recordings) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,6 +10,7 @@
 #include "gap/correct/faults.hpp"
 #include "gap/correct/wind_reading.hpp"
 #include "gap/decide/decide.hpp"
+#include "gap/decide/sensors.hpp"
 #include "gap/detect/detect.hpp"
 #include "gap/sensors/audit.hpp"
 #include "gap/sensors/channel_quality.hpp"
@@ -159,14 +161,14 @@ void Investigator::correct_suspects() {
   const std::vector<Fault> suspects = suspects_of(findings.audit);
   if (!findings.audit.faults.empty() || !options_.correct || ensemble_ || suspects.empty()) return;
   const double as_is = log_evidence(result.null);
-  double most = std::max(best_evidence(result.campaign, result.null, options_) + kPolicy.decide.contradicted,
-                         as_is + kPolicy.decide.far_likelier);
+  const double best_effect = best_evidence(result.campaign, result.null, options_);
+  double most = -std::numeric_limits<double>::infinity();
   std::optional<Fault> identified;
   for (const Fault& suspect : suspects) {
     correct({suspect});
     const Campaign without = prepare(ship_, moving(), campaign_options_);
     const double evidence = log_evidence(fit_null(without, fit_options_)) + log_jacobian({suspect}, reread_);
-    if (!(evidence > most)) continue;
+    if (!(evidence > most) || !is_identified(evidence, as_is, best_effect)) continue;
     most = evidence;
     identified = suspect;
   }
@@ -174,7 +176,6 @@ void Investigator::correct_suspects() {
     const auto ways = static_cast<double>(findings.audit.hypotheses.size());
     identified->p_value = std::min(identified->p_value, ways * std::exp(as_is - most));  // Markov's inequality
     findings.audit.faults.push_back(*identified);
-    findings.audit.verdict = Audit::Verdict::faulty;
     findings.audit.notices.push_back(
         fmt::format("{}: the kinematics leave it open, but without it the simulator follows the recordings better "
                     "(log-odds {:.0f})",

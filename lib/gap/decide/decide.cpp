@@ -81,7 +81,7 @@ bool errs_grossly(std::size_t far_parameters, double error_share, const Policy& 
          (far_parameters >= limits.far_parameters_with_error && error_share > limits.gross_error);
 }
 
-bool holds(const Rivals& r, double false_alarm, const Policy& policy) {
+bool holds(const Rivals& r, const Policy& policy) {
   const DecidePolicy& limits = policy.decide;
   const ComparePolicy& of = policy.compare;
   if (!(r.log_odds > 0.0) || !r.is_significant) return false;
@@ -90,10 +90,9 @@ bool holds(const Rivals& r, double false_alarm, const Policy& policy) {
   const bool has_strong_names = r.log_odds > of.strong_odds_beside && !r.has_terms;
   if (r.against_nothing && r.log_odds > limits.strong_odds && has_strong_names)
     return r.gain > -limits.heldout_sd * r.gain_sd;
-  const double least = has_strong_names ? 0.0
-                       : r.p_value < surely(false_alarm) || r.log_odds > of.strong_odds_beside
-                           ? limits.heldout_sd_if_certain
-                           : limits.heldout_sd;
+  const double least = has_strong_names                                         ? 0.0
+                       : r.is_surely_left || r.log_odds > of.strong_odds_beside ? limits.heldout_sd_if_certain
+                                                                                : limits.heldout_sd;
   return r.gain > 0.0 && r.gain > least * r.gain_sd;
 }
 

@@ -71,11 +71,12 @@ struct Rivals {
   bool has_terms = false;            ///< whether the better one has terms for what the catalogue does not hold
   bool against_nothing = false;      ///< whether the other one is that nothing is missing
   double gain = 0.0, gain_sd = 0.0;  ///< on what was left out [nats]
-  double p_value = 1.0;              ///< of something being left beside the other one
+  bool is_surely_left = false;       ///< whether something surely is left beside the other one
 };
 /// Whether the better one is likelier, predicts what was left out better beyond chance, and has no needless effect:
-/// where p is tiny or the odds are strong, one standard error is enough; where the odds for a name are strong, none.
-bool holds(const Rivals& rivals, double false_alarm, const Policy& policy = kPolicy);
+/// where something surely is left or the odds are strong, one standard error is enough; where the odds for a name are
+/// strong, none.
+bool holds(const Rivals& rivals, const Policy& policy = kPolicy);
 
 /// One of the hypotheses when the likeliest is taken.
 struct Contender {

@@ -5,19 +5,21 @@
 
 namespace leeway::gap {
 
-std::size_t far_parameters(const NullFit& fit) {
+std::size_t far_parameters(const NullFit& fit, const Policy& policy) {
   return static_cast<std::size_t>(std::count_if(
       fit.parameters.begin(), fit.parameters.end(),
-      [](const ParameterShift& shift) { return std::abs(shift.shift_sd) > kPolicy.decide.far_parameter_sd; }));
+      [&](const ParameterShift& shift) { return std::abs(shift.shift_sd) > policy.decide.far_parameter_sd; }));
 }
 
-double error_share(const NullFit& fit) {
-  return fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(kPolicy.decide.least_typical)).maxCoeff();
+double error_share(const NullFit& fit, const Policy& policy) {
+  return fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(policy.decide.least_typical)).maxCoeff();
 }
 
-bool errs_grossly(const NullFit& fit) { return errs_grossly(far_parameters(fit), error_share(fit)); }
+bool errs_grossly(const NullFit& fit, const Policy& policy) {
+  return errs_grossly(far_parameters(fit, policy), error_share(fit, policy), policy);
+}
 
-TestsFound tests_found(const Findings& findings, double intervals_p) {
+TestsFound tests_found(const Findings& findings, double intervals_p, const Policy& policy) {
   const Detection& d = findings.detection;
   TestsFound found;
   found.converged = findings.fit.converged;
@@ -25,7 +27,7 @@ TestsFound tests_found(const Findings& findings, double intervals_p) {
   found.intervals_p = intervals_p;
   found.heldout_gain = d.heldout_gain;
   found.heldout_gain_sd = d.heldout_gain_sd;
-  found.error_share = error_share(findings.fit);
+  found.error_share = error_share(findings.fit, policy);
   found.is_noise_free = findings.fit.is_noise_free;
   for (const Interval& interval : findings.located.intervals) {
     if (interval.is_untrained())
@@ -37,7 +39,7 @@ TestsFound tests_found(const Findings& findings, double intervals_p) {
   found.effects_tested = d.effects.size();
   found.autocorrelation = d.largest_autocorrelation;
   found.whiteness_p = d.whiteness_p_value;
-  found.far_parameters = far_parameters(findings.fit);
+  found.far_parameters = far_parameters(findings.fit, policy);
   return found;
 }
 

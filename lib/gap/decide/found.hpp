@@ -6,14 +6,14 @@
 namespace leeway::gap {
 
 /// Parameters of a fit that lie beyond far_parameter_sd of what is stated.
-std::size_t far_parameters(const NullFit& fit);
+std::size_t far_parameters(const NullFit& fit, const Policy& policy = kPolicy);
 /// Model error by typical acceleration, on the worst axis.
-double error_share(const NullFit& fit);
+double error_share(const NullFit& fit, const Policy& policy = kPolicy);
 /// Whether parameters are so far off, and so much is left, that this may be another ship.
-bool errs_grossly(const NullFit& fit);
+bool errs_grossly(const NullFit& fit, const Policy& policy = kPolicy);
 
 /// What fit and tests found, for decide().
 ///   intervals_p  of the strongest interval, before families share the rate
-TestsFound tests_found(const Findings& findings, double intervals_p);
+TestsFound tests_found(const Findings& findings, double intervals_p, const Policy& policy = kPolicy);
 
 }  // namespace leeway::gap

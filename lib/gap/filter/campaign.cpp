@@ -50,9 +50,10 @@ std::vector<Point> binned(const Trajectory& recording, std::size_t first, double
   const std::vector<double>& t = recording[Channel::t];
   std::vector<Point> points;
   for (std::size_t i = first; i < t.size();) {
-    const double bin = bin_s > 0.0 ? std::floor((t[i] - t[first]) / bin_s + 1e-6) : 0.0;
+    const double bin = bin_s > 0.0 ? std::floor((t[i] - t[first]) / bin_s + kPolicy.filter.same_bin) : 0.0;
     std::size_t end = i + 1;
-    while (bin_s > 0.0 && end < t.size() && std::floor((t[end] - t[first]) / bin_s + 1e-6) == bin) ++end;
+    while (bin_s > 0.0 && end < t.size() && std::floor((t[end] - t[first]) / bin_s + kPolicy.filter.same_bin) == bin)
+      ++end;
     const auto n = static_cast<double>(end - i);
     Point point{0.0, Vec6::Constant(kMissing)};
     for (std::size_t k = i; k < end; ++k) point.t_s += t[k] / n;
@@ -164,7 +165,8 @@ void set_inputs(Stretch& stretch, const RecordedInputs& inputs, double longest_s
   stretch.late_inputs.clear();
   double wind_speed = 0.0;
   for (std::size_t k = 0; k + 1 < stretch.size(); ++k) {
-    const auto substeps = static_cast<std::size_t>(std::ceil(stretch.dt_s(k) / longest_s - 1e-9));
+    const auto substeps =
+        static_cast<std::size_t>(std::ceil(stretch.dt_s(k) / longest_s - kPolicy.filter.same_substep));
     const double h = stretch.dt_s(k) / static_cast<double>(substeps);
     std::vector<StepInputs<double>>& step = stretch.inputs.emplace_back();
     std::vector<StepInputs<double>>& late = stretch.late_inputs.emplace_back();
@@ -194,7 +196,7 @@ class Preparation {
     campaign_.ensemble = options.ensemble;
     const double time_unit_s = std::sqrt(ship.particulars.L_pp / kGravity_mps2);
     substep_s_ = options.ensemble ? options.ensemble->time_step_s() : time_unit_s;
-    const double usual_step_s = options.ensemble ? substep_s_ : 2.0 * time_unit_s;
+    const double usual_step_s = options.ensemble ? substep_s_ : kPolicy.filter.step_time_units * time_unit_s;
     target_s_ = options.step_s > 0.0 ? options.step_s : usual_step_s;
     gap_s_ = options.gap_s > 0.0 ? options.gap_s : kPolicy.filter.longest_gap_s * campaign_.time_scale();
   }

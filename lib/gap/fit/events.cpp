@@ -48,7 +48,7 @@ void find_events(FittedNull& fit, const Campaign& campaign) {
       const double ratio = block.mean_square[i] / usual;
       const bool was_event = fit.event_scale[block.stretch][block.begin][i] > 1.0;
       const double scale = ratio > (was_event ? kPolicy.fit.still_event : kPolicy.fit.event) ? std::sqrt(ratio) : 1.0;
-      if (scale > 1.0) fit.log_prior_of_events -= std::log(3.0 * static_cast<double>(blocks.size()));
+      if (scale > 1.0) fit.log_prior_of_events -= std::log(static_cast<double>(kAxisNames.size() * blocks.size()));
       for (std::size_t k = block.begin; k < block.end; ++k) fit.event_scale[block.stretch][k][i] = scale;
     }
   }

@@ -199,7 +199,7 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
     double square = 0.0;
     for (const double value : x) square += (value - best[i]) * (value - best[i]);
     result.push_back({std::string(parameters_[i].name), best[i], std::sqrt(square / kPolicy.fit.posterior_draws),
-                      quantile(x, 0.025), quantile(x, 0.975)});
+                      quantile(x, kPolicy.show.tail95), quantile(x, 1.0 - kPolicy.show.tail95)});
   };
   for (const Coordinate& c : coordinates_) {
     add(c.parameter);

@@ -32,7 +32,10 @@ Noise first_noise(const Campaign& campaign) {
   noise.least_measurement_sd << of.least_position_sd_m * std::sqrt(scale), of.least_position_sd_m * std::sqrt(scale),
       of.least_heading_sd_deg * kDegree, of.least_speed_sd_mps * scale, of.least_speed_sd_mps * scale,
       of.least_rate_sd_degps * kDegree / scale;
-  const Vec6 least = Eigen::Map<const Vec6>(of.least_first_sd.data());
+  Vec6 least = Eigen::Map<const Vec6>(of.least_first_sd.data());
+  least.head<2>() *= scale * scale;
+  least.segment<2>(3) *= scale;
+  least[5] /= scale;
   for (int i = 0; i < kShipStates; ++i) {
     std::vector<double> differences;
     for (const Stretch& stretch : campaign.stretches) {

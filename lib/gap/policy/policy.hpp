@@ -102,6 +102,16 @@ struct SensorsPolicy {
   std::int64_t reconsidered_rounds = 3;  ///< [rounds] in which each chosen fault is compared with all others anew | origin: choice, time
   std::size_t fewest_for_noise = 4;  ///< [pieces] of a channel, for the correlation and the size of its noise | origin: choice
   std::int64_t bisections = 40;  ///< [steps] that halve the range of a correlation | origin: choice, far below rounding
+  double erfc_until = 25.0;  ///< [-] argument beyond which a complementary error function underflows and its asymptote is taken | origin: theory, double precision
+  double least_error = 1e-9;  ///< [-] floor of an error before its logarithm | origin: choice, rounding
+  double least_turned_rad = 1e-6;  ///< [rad] floor of what a heading turns in a window, before dividing by it | origin: choice, rounding
+  double least_change = 1e-6;  ///< [m/s, rad/s] at 3 m: floor of the typical change of a velocity, before dividing by it | origin: choice, rounding
+  double difference_sd = 1e-2;  ///< [sd] of a fault's number, for derivatives | origin: choice
+  double difference_prior_sd = 1e-4;  ///< [prior sd] of a fault's number, for derivatives | origin: choice
+  double same_time_s = 1e-9;  ///< [s] by which times of one window may differ | origin: choice, rounding
+  double within_step_s = 1e-6;  ///< [s] from the end of a step, so that a time lies within it | origin: choice, rounding
+  double same_value = 1e-9;  ///< [-] of a channel's range: nearer values are one | origin: choice, rounding
+  double least_sampling_s = 1e-3;  ///< [s] at 3 m: floor of the sampling time, before dividing by it | origin: choice, rounding
   double prior_heading_bias_deg = 20.0;  ///< [deg] prior sd of a heading's bias | origin: choice, wide
   double prior_lever_m = 30.0;  ///< [m] at 3 m: of a lever arm | origin: choice, wide
   double prior_scale = 0.3;  ///< [-] of a factor of speeds or of the yaw rate | origin: choice, wide
@@ -141,6 +151,9 @@ struct FilterPolicy {
   double chord = 0.1;  ///< [-] of the speed and of coefficients: about how well they are known | origin: choice
   double switching_mps2 = 3e-5;  ///< [m/s^2] of an acceleration that a switch changes, from which on a step counts as one in which the model switches | origin: choice
   double tangent = 0.01;  ///< [-] of the chord | origin: choice
+  double step_time_units = 2.0;  ///< [sqrt(L/g)] grid of the filter, unless asked for otherwise | origin: choice, a ship answers in several of them
+  double same_bin = 1e-6;  ///< [steps] by which a sample may lie before its bin | origin: choice, rounding
+  double same_substep = 1e-9;  ///< [substeps] by which a step may be longer | origin: choice, rounding
   double correlated_share = 0.75;  ///< [-] of the judged channels: with fewer correlated ones, none is thinned | origin: choice
   double nearly_a_step = 0.25;  ///< [steps] of the grid by which a distance may fall short of a whole number of them | origin: choice
   std::size_t first_points = 5;  ///< [points] that the filter needs before its path is followed | origin: choice
@@ -200,7 +213,7 @@ struct FitPolicy {
   double least_heading_sd_deg = 0.02;  ///< [deg] the same of headings | origin: choice
   double least_speed_sd_mps = 4e-4;  ///< [m/s] at 3 m, times sqrt(L): sampled inputs leave more | origin: choice
   double least_rate_sd_degps = 0.01;  ///< [deg/s] at 3 m, by sqrt(L) | origin: choice
-  std::array<double, 6> least_first_sd{1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-5};  ///< [m, m, rad, m/s, m/s, rad/s] noise from which a fit begins at least | origin: choice
+  std::array<double, 6> least_first_sd{1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-5};  ///< [m, m, rad, m/s, m/s, rad/s] at 3 m: noise from which a fit begins at least | origin: choice
   double level_prior_sd = 3.0;  ///< [ln] of a noise level: within a factor of 20 | origin: choice
   double tau_prior_sd = 0.5;  ///< [ln] of the correlation time | origin: choice
   double wind_prior_sd = 1.0;  ///< [ln] of the wind's error | origin: choice
@@ -331,6 +344,8 @@ struct ComparePolicy {
   std::size_t most_tugs = 8;  ///< [intervals] of different recordings | origin: choice, time
   double position_evidence = 5.0;  ///< [nats] for a residual that depends on the position: walls and lines are tried | origin: choice
   double strong_terms = 10.0;  ///< [nats] posterior odds for terms of the unknown: another form of forces gains up to 8 | origin: measured, docs/proof.md
+  double fewer_are_likelier = 2.0;  ///< [-] prior odds of one number of effects against one more, from one effect on | origin: choice
+  double families_beside = 2.0;  ///< [-] families of tests beside a hypothesis: effects and intervals | origin: theory, Bonferroni
   double negligible_share = 0.05;  ///< [-] of the evidence of what is named: -ln p of what is left is not worth a word | origin: choice
   double least_p = 1e-300;  ///< [-] floor of a p-value before its logarithm | origin: choice, rounding
   std::size_t refitted_beside = 3;  ///< [effects] that are tested anew with noise levels that fit them, beside what was chosen | origin: choice, time
@@ -401,11 +416,13 @@ struct ShowPolicy {
   double other_form = 0.2;  ///< [-] of what is called unknown: how often it is an effect of the catalogue that acts in another form | origin: measured, docs/proof.md
   double student95 = 2.776;  ///< [sd] reach of intervals of 95 %: Student's with four degrees of freedom | origin: measured, 142 intervals of two sealed runs
   double normal95 = 1.960;  ///< [sd] the same of a normal distribution | origin: theory
+  double tail95 = 0.025;  ///< [-] of a distribution, beyond each end of an interval of 95 % | origin: theory
   double least_sd = 1e-12;  ///< [s] floor of a delay's sd before dividing by it | origin: choice, rounding
 };
 
 /// What a report shows.
 struct ReportPolicy {
+  double least_p = 1e-4;  ///< [-] p-value below which a sentence gives no number | origin: choice
   double least_evidence = 3.0;  ///< [nats] below which the summary says nothing of a frame or a module | origin: choice
   double beyond_hull_L = 0.5;  ///< [L_pp] from midship: a line of action farther off is called a turning moment | origin: theory, the hull ends there
   double shifted_sd = 2.0;  ///< [sd] as stated, and as fitted, by which a coefficient must be off to be listed | origin: choice, 5 %

@@ -77,9 +77,9 @@ Json to_json(const Audit& audit) {
                       {"resolution", number(c.resolution * per_si)},
                       {"unit", unit_of(name)}};
   }
-  const char* verdict = audit.verdict == Audit::Verdict::consistent ? "consistent"
-                        : audit.verdict == Audit::Verdict::faulty   ? "faulty"
-                                                                    : "unchecked";
+  const char* verdict = audit.verdict() == Audit::Verdict::consistent ? "consistent"
+                        : audit.verdict() == Audit::Verdict::faulty   ? "faulty"
+                                                                      : "unchecked";
   return {{"verdict", verdict},
           {"faults", array_of(audit.faults, fault)},
           {"hypotheses", array_of(audit.hypotheses, fault)},

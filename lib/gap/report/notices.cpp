@@ -16,8 +16,8 @@ void add_notices(Findings& findings, const Campaign& campaign) {
   notices.insert(notices.end(), campaign.notices.begin(), campaign.notices.end());
   if (fit.outliers > 0)
     notices.push_back(
-        fmt::format("{} of {} measurements lay more than 6 sd from what the others predict and were left out",
-                    fit.outliers, fit.samples + fit.outliers));
+        fmt::format("{} of {} measurements lay more than {:g} sd from what the others predict and were left out",
+                    fit.outliers, fit.samples + fit.outliers, kPolicy.fit.outlier_sd));
   if (fit.is_noise_free)
     notices.push_back(
         fmt::format("u, v_m and r show no noise, as simulated recordings: differences below {:.0f} % of the typical "

@@ -41,9 +41,9 @@ std::string sentence_of(Reason reason, const TestsFound& found, const Findings& 
                          rate);
     case Reason::small_intervals:
       return fmt::format(
-          "what acts in {} interval{} is less than a fifth of the typical acceleration: so much the form of the {}'s "
+          "what acts in {} interval{} is less than {:.0f} % of the typical acceleration: so much the form of the {}'s "
           "forces may make",
-          found.small_intervals, plural(found.small_intervals), simulator);
+          found.small_intervals, plural(found.small_intervals), 100.0 * kPolicy.locate.small_share, simulator);
     case Reason::untrained_intervals:
       return fmt::format(
           "all significant mismatch lies in {} interval{} for which the ensemble was not trained; what it misses there "

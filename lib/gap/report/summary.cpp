@@ -92,7 +92,7 @@ std::string sensors(const Findings& findings) {
     return first_of(
         audit.faults, 3, 4, [](const Fault& f) { return f.sentence; },
         findings.corrected ? ". Taken out before what follows." : ". Still in the data: it spoils what follows.");
-  if (audit.verdict == Audit::Verdict::consistent) return "the recordings agree with themselves";
+  if (audit.verdict() == Audit::Verdict::consistent) return "the recordings agree with themselves";
   return "not checked" + (audit.notices.empty() ? "" : ": " + audit.notices.front());
 }
 
@@ -256,7 +256,7 @@ std::string summary(const Findings& findings) {
   if (!findings.fit.converged) unknown.push_back("the fit has not converged");
   unknown.insert(unknown.end(), findings.notices.begin(), findings.notices.end());
   unknown.insert(unknown.end(), findings.conventions.unchecked.begin(), findings.conventions.unchecked.end());
-  if (findings.audit.verdict != Audit::Verdict::unchecked)
+  if (findings.audit.verdict() != Audit::Verdict::unchecked)
     unknown.insert(unknown.end(), findings.audit.notices.begin(), findings.audit.notices.end());
   if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, 3, same), 3);
   screen.item("Next", next_step(findings), 2);
@@ -326,7 +326,9 @@ std::string summary(const Explanation& explanation) {
   };
   if (!explanation.effects.empty() || !explanation.coefficient_factors.empty() || explanation.residual_network) {
     screen.item("Held out",
-                "free runs of 100 s, root mean square errors before -> after: " + errors(explanation.heldout), 3);
+                fmt::format("free runs of {} s, root mean square errors before -> after: ", kShownHorizon_s) +
+                    errors(explanation.heldout),
+                3);
     screen.item("",
                 fmt::format("gain {} nats where left out in turn",
                             with_sd(explanation.heldout_gain, explanation.heldout_gain_sd)),

@@ -48,7 +48,7 @@ std::string between(double low, double high) {
 
 std::string p_value(double p) {
   if (std::isnan(p)) return "p unknown";
-  return p < 1e-4 ? "p < 0.0001" : fmt::format("p = {:.2g}", p);
+  return p < kPolicy.report.least_p ? fmt::format("p < {}", kPolicy.report.least_p) : fmt::format("p = {:.2g}", p);
 }
 
 std::string percent(double share) {

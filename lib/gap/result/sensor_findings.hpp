@@ -43,7 +43,7 @@ struct ChannelQuality {
 
 struct Audit {
   enum class Verdict { consistent, faulty, unchecked };
-  Verdict verdict = Verdict::unchecked;
+  bool is_checked = false;        ///< whether there was enough to check
   std::vector<Fault> faults;      ///< found: they improve what was held out, most certain first
   std::vector<Fault> hypotheses;  ///< all that were tested, best first
   std::vector<ChannelQuality> channels;
@@ -51,6 +51,10 @@ struct Audit {
       notices;  ///< what could not be checked and why, frozen channels, rivals that cannot be distinguished
   std::optional<bool>
       log_through_water;  ///< whether the velocities are through the water (a current shows in the track)
+
+  Verdict verdict() const {
+    return !faults.empty() ? Verdict::faulty : is_checked ? Verdict::consistent : Verdict::unchecked;
+  }
 };
 
 /// One way to read a recording that differs from the stated convention: "psi_deg holds radians", "wind_dir_deg is where

@@ -212,7 +212,7 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   const AuditStages stages(windows, options);
   const FaultFit fit = stages.reconsidered(stages.selected(result.hypotheses));
   stages.report(fit, result);
-  result.verdict = result.faults.empty() ? Audit::Verdict::consistent : Audit::Verdict::faulty;
+  result.is_checked = true;
   const SensorFaults found = sensor_faults(result.faults);
   if (found[FaultParameter::current_x] != 0.0 || found[FaultParameter::current_y] != 0.0)
     result.log_through_water = true;

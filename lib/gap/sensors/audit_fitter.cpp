@@ -185,7 +185,7 @@ VectorXd FaultFitter::resampled_sd(const FaultFit& fit, RandomStream stream,
   MatrixXd slope(center.size(), fit.numbers.size());
   for (Index k = 0; k < fit.numbers.size(); ++k) {
     VectorXd moved = fit.numbers;
-    const double step = 1e-2 * std::sqrt(covariance(k, k));
+    const double step = kPolicy.sensors.difference_sd * std::sqrt(covariance(k, k));
     moved(k) += step;
     slope.col(k) = (derive(moved) - center) / step;
   }
@@ -275,7 +275,7 @@ MatrixXd FaultFitter::sensitivities(const FaultFit& fit) const {
   Index column = 0;
   for (const std::size_t member : fit.members)
     for (const std::vector<FaultParameter>& number : fault_library()[member].numbers) {
-      const double step = 1e-4 * info(number[0]).prior_sd;
+      const double step = kPolicy.sensors.difference_prior_sd * info(number[0]).prior_sd;
       FaultFit moved;
       moved.members = fit.members;
       moved.numbers = fit.numbers;

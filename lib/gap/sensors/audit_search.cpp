@@ -9,6 +9,7 @@
 #include "core/distributions.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "gap/decide/sensors.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
@@ -24,7 +25,7 @@ double log_chi2_p(double value, Index freedom) {
   if (freedom == 2) return -0.5 * value;
   const double root = std::sqrt(0.5 * value);
   // Far out erfc underflows: its asymptote.
-  return root < 25.0 ? std::log(std::erfc(root)) : -root * root - std::log(root * std::sqrt(kPi));
+  return root < kPolicy.sensors.erfc_until ? std::log(std::erfc(root)) : -root * root - std::log(root * std::sqrt(kPi));
 }
 
 // What the units say of one candidate: the slopes of their log-likelihoods at the base, by its own numbers.
@@ -237,13 +238,13 @@ std::size_t FaultSearch::best(const std::vector<FaultFit>& tried, const std::vec
 }
 
 bool FaultSearch::predicts_better(const FaultFit& with, const FaultFit& base, double p) const {
-  return heldout_gain(with, base)
-      .is_certain(p < kPolicy.sensors.certain_p * options_.false_alarm ? kPolicy.sensors.heldout_sd_if_certain
-                                                                       : kPolicy.sensors.heldout_sd);
+  const HeldoutGain gain = heldout_gain(with, base);
+  return gap::predicts_better({p, gain.mean, gain.sd}, options_.false_alarm);
 }
 
 bool FaultSearch::is_found(const FaultFit& with, const FaultFit& base, double p) const {
-  return p < options_.false_alarm && predicts_better(with, base, p);
+  const HeldoutGain gain = heldout_gain(with, base);
+  return gap::is_found({p, gain.mean, gain.sd}, options_.false_alarm);
 }
 
 std::optional<FaultFit> FaultSearch::pair_with(const FaultFit& first, std::size_t stage) const {

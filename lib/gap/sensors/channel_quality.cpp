@@ -30,7 +30,8 @@ double resolution(const std::vector<double>& values) {
   const double spread = sorted.back() - sorted.front();
   double step = spread;
   for (std::size_t k = 1; k < sorted.size(); ++k)
-    if (sorted[k] - sorted[k - 1] > 1e-9 * spread) step = std::min(step, sorted[k] - sorted[k - 1]);
+    if (sorted[k] - sorted[k - 1] > kPolicy.sensors.same_value * spread)
+      step = std::min(step, sorted[k] - sorted[k - 1]);
   for (std::size_t k = 1; k < sorted.size(); ++k) {
     const double steps = (sorted[k] - sorted[k - 1]) / step;
     if (std::abs(steps - std::round(steps)) > kPolicy.sensors.same_step) return 0.0;
@@ -61,8 +62,8 @@ void measure_noise(const std::vector<const std::vector<double>*>& series, double
                    ChannelQuality& quality) {
   std::vector<double> squares, ratios;
   const auto size = static_cast<std::size_t>(std::clamp<double>(
-      kPolicy.sensors.cubic_s * scale.time / std::max(dt_s, 1e-3), static_cast<double>(kPolicy.sensors.shortest_cubic),
-      static_cast<double>(kPolicy.sensors.longest_cubic)));
+      kPolicy.sensors.cubic_s * scale.time / std::max(dt_s, kPolicy.sensors.least_sampling_s * scale.time),
+      static_cast<double>(kPolicy.sensors.shortest_cubic), static_cast<double>(kPolicy.sensors.longest_cubic)));
   const auto n = static_cast<Eigen::Index>(size);
   const Eigen::MatrixXd maker = cubic_residual(n);
   for (const std::vector<double>* x : series)

@@ -7,6 +7,7 @@
 #include "core/statistics.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/sensors/froude_scale.hpp"
+#include "gap/sensors/readings.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -71,7 +72,8 @@ ForceCheck::ForceCheck(const Ship& ship, const std::vector<Trajectory>& recordin
     double squares = 0.0;
     for (const double change : changes[axis]) squares += change * change;
     spread_(static_cast<Eigen::Index>(axis)) =
-        std::max(1e-6, std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, changes[axis].size()))));
+        std::max(kPolicy.sensors.least_change,
+                 std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, changes[axis].size()))));
   }
 }
 
@@ -141,8 +143,8 @@ std::optional<double> typical_force_error(const Ship& ship, const Trajectory& re
 }
 
 bool is_judged_by_forces(std::string_view channel) {
-  constexpr std::array kKinematic{"psi", "x0", "y0", "u", "vm", "r"};
-  return std::find(kKinematic.begin(), kKinematic.end(), channel) == kKinematic.end();
+  const std::optional<Channel> of = channel_of_reading(channel);
+  return !of || !is_of_motion(*of);
 }
 
 }  // namespace leeway::gap

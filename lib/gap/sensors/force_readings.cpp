@@ -9,26 +9,20 @@
 namespace leeway::gap {
 namespace {
 
-// The error of a force that counts as a plain error of a parameter, on either side.
-
 bool any_has(const std::vector<Trajectory>& recordings, Channel channel) {
   return std::any_of(recordings.begin(), recordings.end(), [&](const Trajectory& t) { return t.has(channel); });
 }
 
 // The force that a channel's input makes times `gain`, about as a wrong coefficient would have it.
-void with_gain(Trajectory& recording, std::string_view channel, double gain) {
-  if (channel.starts_with("delta"))
+void with_gain(Trajectory& recording, Channel channel, double gain) {
+  if (info(channel).role == Role::rudder)
     for (const Channel rudder : {Channel::delta, Channel::delta_p, Channel::delta_s})
       scale_channel(recording, rudder, gain);
-  else if (channel == "n_p")
-    scale_channel(recording, Channel::n_p, std::sqrt(gain));
-  else if (channel == "n_bt")
-    scale_channel(recording, Channel::n_bt, std::sqrt(gain));
-  else if (channel == "n_st")
-    scale_channel(recording, Channel::n_st, std::sqrt(gain));
-  else
+  else if (is_of_wind(channel))
     for (const Channel speed : {Channel::wind_speed, Channel::app_wind_speed})
       scale_channel(recording, speed, std::sqrt(gain));
+  else
+    scale_channel(recording, channel, std::sqrt(gain));
 }
 
 double largest_rudder_angle(const std::vector<Trajectory>& recordings) {
@@ -41,26 +35,25 @@ double largest_rudder_angle(const std::vector<Trajectory>& recordings) {
   return largest;
 }
 
+// Those which kinematics leave open without a track or a heading.
+bool is_of_velocities(const ReadingEntry& entry) { return entry.of == Channel::vm || entry.of == Channel::r; }
+
 // Whether a reading changes these recordings, and concerns what the ship's forces need.
 bool concerns_forces(const ReadingEntry& entry, const Ship& ship, const std::vector<Trajectory>& recordings,
                      DecidedByKinematics decided) {
   const bool has_true = any_has(recordings, Channel::wind_speed) && any_has(recordings, Channel::wind_dir);
   const bool has_apparent = any_has(recordings, Channel::app_wind_speed) && any_has(recordings, Channel::app_wind_dir);
-  const std::string_view channel = entry.channel;
-  if (channel == "wind" || channel.find("wind_") != std::string_view::npos) {
+  if (is_of_wind(entry.of)) {
     if (!ship.wind || decided.wind || !any_has(recordings, Channel::psi)) return false;
-    if (channel == "wind") return has_true != has_apparent;
-    return channel.starts_with("app_") ? has_apparent && !has_true : has_true;
+    if (entry.swaps_winds) return has_true != has_apparent;
+    return entry.of == Channel::wind_speed || entry.of == Channel::wind_dir ? has_true : has_apparent && !has_true;
   }
-  if (channel == "delta" && entry.name == "radians")  // only angles that a rudder can have
-    return largest_rudder_angle(recordings) * (1.0 / kDegree) <= kPi;
-  if (channel == "delta" && entry.name == "degrees")  // only angles that no rudder has
-    return largest_rudder_angle(recordings) > kPi;
-  if (channel == "delta") return true;
-  if (channel == "vm" || channel == "r") return !decided.velocities;
-  for (const Channel actuator : {Channel::delta_p, Channel::delta_s, Channel::n_p, Channel::n_bt, Channel::n_st})
-    if (info(actuator).name == channel) return ship.find_actuator(actuator) && any_has(recordings, actuator);
-  return false;
+  if (entry.of == Channel::delta) {  // of all rudders
+    const double largest = largest_rudder_angle(recordings);
+    return largest >= entry.least_recorded && largest <= entry.most_recorded;
+  }
+  if (is_of_velocities(entry)) return !decided.velocities;
+  return info(entry.of).role != Role::none && ship.find_actuator(entry.of) && any_has(recordings, entry.of);
 }
 
 // Looks for readings that the forces contradict, with what others were found before.
@@ -101,23 +94,16 @@ class ForceReadings {
     bool holds = false;
   };
 
-  static bool is_decisive(const Odds& odds, double ratio) {
-    return odds.log_odds > kPolicy.sensors.decisive_odds && odds.is_certain && odds.ratio > ratio;
-  }
-
   // Whether a reading of recordings that are read in the stated way, apart from what is decided, beats that way, and
   // also a plain error of the force, or none of it at all.
   bool holds(const ReadingEntry& entry, const std::vector<Trajectory>& as_stated,
              const std::vector<WindowError>& errors, const Odds& odds) const {
-    if (!is_decisive(odds, kPolicy.sensors.force_ratio)) return false;
-    if (entry.channel == "vm" || entry.channel == "r") return true;
+    if (!holds_by_forces(odds)) return false;
+    if (is_of_velocities(entry)) return true;
     for (const double gain : kPolicy.sensors.plain_gains) {
       std::vector<Trajectory> plain = as_stated;
-      for (Trajectory& recording : plain) with_gain(recording, entry.channel, gain);
-      const Odds rival = odds_of(errors, check_.errors(plain));
-      if (!(rival.log_odds > kPolicy.sensors.odds_against_plain && rival.is_certain &&
-            rival.ratio > (gain == 0.0 ? kPolicy.sensors.absent_ratio : kPolicy.sensors.force_ratio)))
-        return false;
+      for (Trajectory& recording : plain) with_gain(recording, entry.of, gain);
+      if (!beats_plain_error(odds_of(errors, check_.errors(plain)), gain)) return false;
     }
     return true;
   }
@@ -148,7 +134,7 @@ class ForceReadings {
         const std::vector<Trajectory> with_b = applied(recordings_, {tried[b].entry});
         const std::vector<WindowError> both = check_.errors(applied(with_a, {tried[b].entry}));
         const Odds of_both = odds_of(both, stated_);
-        if (!(of_both.log_odds > best_odds) || !is_decisive(of_both, kPolicy.sensors.force_ratio)) continue;
+        if (!(of_both.log_odds > best_odds) || !holds_by_forces(of_both)) continue;
         const Odds of_a = odds_of(both, tried[b].errors), of_b = odds_of(both, tried[a].errors);
         if (!holds(*tried[a].entry, with_b, both, of_a) || !holds(*tried[b].entry, with_a, both, of_b)) continue;
         best_odds = of_both.log_odds;

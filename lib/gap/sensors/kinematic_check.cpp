@@ -16,7 +16,7 @@ namespace {
 // what the heading turned: otherwise radians read as degrees would do well by being small.
 BlockErrors window_errors(const KinematicWindows& windows, Kinematics kind) {
   Eigen::VectorXd residuals = windows.residuals({});
-  if (kind == Kinematics::heading) residuals /= std::max(1e-6, windows.rms_turned());
+  if (kind == Kinematics::heading) residuals /= std::max(kPolicy.sensors.least_turned_rad, windows.rms_turned());
   BlockErrors sums(windows.unit_count(), 0.0), counts(windows.unit_count(), 0.0);
   for (const WindowRun& run : windows.runs())
     if (run.kind == kind) {
@@ -38,7 +38,8 @@ class ErrorsOfMotion {
   BlockErrors of(const Combination& combination, Kinematics kind) {
     Combination needed;
     for (const ReadingEntry* entry : combination)
-      if (entry->channel == "psi" || (entry->channel == "r") == (kind == Kinematics::heading)) needed.push_back(entry);
+      if (entry->of == Channel::psi || (entry->of == Channel::r) == (kind == Kinematics::heading))
+        needed.push_back(entry);
     for (const Known& known : known_)
       if (known.kind == kind && known.readings == needed) return known.errors;
     const std::vector<Trajectory> read = applied(recordings_, needed);

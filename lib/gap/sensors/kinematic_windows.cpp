@@ -105,10 +105,11 @@ KinematicWindows::Recorded KinematicWindows::read(const Trajectory& recording) c
   std::size_t place = 0;
   for (const TimeSpan& span : spans_between_jumps(recording)) {
     const double first = span.from_s + margin_s_, last = span.to_s - margin_s_;
-    for (std::size_t j = 0; first + static_cast<double>(j) * window_s_ <= last + 1e-9 && t.size() > 1; ++j) {
+    for (std::size_t j = 0;
+         first + static_cast<double>(j) * window_s_ <= last + kPolicy.sensors.same_time_s && t.size() > 1; ++j) {
       const double time = first + static_cast<double>(j) * window_s_;
-      const auto begin = std::lower_bound(t.begin(), t.end(), time - half - 1e-9);
-      const auto end = std::upper_bound(begin, t.end(), time + half + 1e-9);
+      const auto begin = std::lower_bound(t.begin(), t.end(), time - half - kPolicy.sensors.same_time_s);
+      const auto end = std::upper_bound(begin, t.end(), time + half + kPolicy.sensors.same_time_s);
       at.nodes.push_back(
           {static_cast<std::size_t>(begin - t.begin()), static_cast<std::size_t>(end - t.begin()), time, place});
     }
@@ -139,7 +140,7 @@ std::vector<bool> KinematicWindows::whole_windows(const Recorded& at, Kinematics
     for (const Spline* spline : needed) {
       std::size_t place = 0;
       for (double s = start; valid && s <= end; s += 0.5 * hole_s) {
-        const double within = std::clamp(s, start + 1e-6, end - 1e-6);
+        const double within = std::clamp(s, start + kPolicy.sensors.within_step_s, end - kPolicy.sensors.within_step_s);
         valid = spline->gap(within, place) <= hole_s;
       }
     }

@@ -55,13 +55,14 @@ Odds odds_of(const BlockErrors& better, const BlockErrors& worse) {
   double squares = 0.0, n = 0.0;
   for (std::size_t b = 0; b < better.size(); ++b) {
     if (!std::isfinite(better[b]) || !std::isfinite(worse[b])) continue;
-    const double d = std::clamp(2.0 * std::log((worse[b] + 1e-9) / (better[b] + 1e-9)),
-                                -kPolicy.sensors.most_odds_per_block, kPolicy.sensors.most_odds_per_block);
+    const double d =
+        std::clamp(2.0 * std::log((worse[b] + kPolicy.sensors.least_error) / (better[b] + kPolicy.sensors.least_error)),
+                   -kPolicy.sensors.most_odds_per_block, kPolicy.sensors.most_odds_per_block);
     odds.log_odds += d;
     squares += d * d;
     n += 1.0;
   }
-  odds.ratio = (total_error(worse) + 1e-9) / (total_error(better) + 1e-9);
+  odds.ratio = (total_error(worse) + kPolicy.sensors.least_error) / (total_error(better) + kPolicy.sensors.least_error);
   if (n >= static_cast<double>(kPolicy.sensors.fewest_blocks)) {
     const double mean = odds.log_odds / n, sd = std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1.0));
     odds.is_certain = mean > kPolicy.sensors.certain_sd * sd;
@@ -111,11 +112,9 @@ Combination claimed_of(const std::vector<Combination>& groups,
     rest.erase(std::find(rest.begin(), rest.end(), entry));
     const auto without = static_cast<std::size_t>(std::find(all.begin(), all.end(), rest) - all.begin());
     const Odds odds = total_odds(of[best], of[without]);
-    if (odds.log_odds < kPolicy.sensors.decisive_odds || odds.ratio < kPolicy.sensors.kinematic_ratio ||
-        !odds.is_certain)
-      continue;
+    if (!holds_by_kinematics(odds)) continue;
     // A yaw rate that is noise does well by being made small: it has to explain what the heading turned.
-    if (entry->channel == "r" && total_error(of[best].front()) > kPolicy.sensors.unexplained_turn) continue;
+    if (entry->of == Channel::r && total_error(of[best].front()) > kPolicy.sensors.unexplained_turn) continue;
     claimed.push_back(entry);
     result.contradicted.push_back(reading_of(*entry, odds, what));
     note_tested(result, result.contradicted.back());

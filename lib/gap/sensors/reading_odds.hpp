@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "gap/decide/sensors.hpp"
 #include "gap/result/sensor_findings.hpp"
 #include "gap/sensors/readings.hpp"
 
@@ -15,10 +16,7 @@ using BlockErrors = std::vector<double>;
 double total_error(const BlockErrors& errors);
 std::size_t blocks_with_data(const BlockErrors& errors);
 
-struct Odds {
-  double log_odds = 0.0, ratio = 1.0;
-  bool is_certain = false;  ///< the blocks agree
-};
+using Odds = ReadingTest;
 
 /// Of one way to read against another. Within a block errors last, so that it counts as two independent ones.
 Odds odds_of(const BlockErrors& better, const BlockErrors& worse);

@@ -1,6 +1,7 @@
 #include "gap/sensors/readings.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "core/units.hpp"
 
@@ -23,41 +24,52 @@ void unwrap_scaled(Trajectory& recording, Channel channel, double factor) {
 
 Readings of_the_motion() {
   return {
-      {"psi", "counter-clockwise", "psi is positive counter-clockwise", [](R t) { scale(t, {Channel::psi}, -1.0); }},
-      {"psi", "radians", "psi_deg holds radians", [](R t) { unwrap_scaled(t, Channel::psi, kToDegrees); }},
-      {"psi", "degrees", "psi_rad holds degrees", [](R t) { unwrap_scaled(t, Channel::psi, kDegree); }},
-      {"x0", "east", "x0 is east and y0 north", [](R t) { std::swap(t[Channel::x0], t[Channel::y0]); }},
-      {"y0", "west", "y0 is positive to the west", [](R t) { scale(t, {Channel::y0}, -1.0); }},
-      {"u", "knots", "u and vm are in knots",
+      {"psi", "counter-clockwise", "psi is positive counter-clockwise", Channel::psi,
+       [](R t) { scale(t, {Channel::psi}, -1.0); }},
+      {"psi", "radians", "psi_deg holds radians", Channel::psi,
+       [](R t) { unwrap_scaled(t, Channel::psi, kToDegrees); }},
+      {"psi", "degrees", "psi_rad holds degrees", Channel::psi, [](R t) { unwrap_scaled(t, Channel::psi, kDegree); }},
+      {"x0", "east", "x0 is east and y0 north", Channel::x0, [](R t) { std::swap(t[Channel::x0], t[Channel::y0]); }},
+      {"y0", "west", "y0 is positive to the west", Channel::y0, [](R t) { scale(t, {Channel::y0}, -1.0); }},
+      {"u", "knots", "u and vm are in knots", Channel::u,
        [](R t) {
          scale(t, {Channel::u, Channel::vm}, kKnot);
        }},
-      {"vm", "port-positive", "vm is positive to port", [](R t) { scale(t, {Channel::vm}, -1.0); }},
-      {"r", "counter-clockwise", "r is positive to port", [](R t) { scale(t, {Channel::r}, -1.0); }},
-      {"r", "radians", "r_degps holds radians per second", [](R t) { scale(t, {Channel::r}, kToDegrees); }},
-      {"r", "degrees", "r_radps holds degrees per second", [](R t) { scale(t, {Channel::r}, kDegree); }},
-      {"wind", "apparent", "the true wind is the apparent one",
+      {"vm", "port-positive", "vm is positive to port", Channel::vm, [](R t) { scale(t, {Channel::vm}, -1.0); }},
+      {"r", "counter-clockwise", "r is positive to port", Channel::r, [](R t) { scale(t, {Channel::r}, -1.0); }},
+      {"r", "radians", "r_degps holds radians per second", Channel::r, [](R t) { scale(t, {Channel::r}, kToDegrees); }},
+      {"r", "degrees", "r_radps holds degrees per second", Channel::r, [](R t) { scale(t, {Channel::r}, kDegree); }},
+      {"wind", "apparent", "the true wind is the apparent one", Channel::wind_speed,
        [](R t) {
          std::swap(t[Channel::wind_speed], t[Channel::app_wind_speed]);
          std::swap(t[Channel::wind_dir], t[Channel::app_wind_dir]);
        },
-       true},
+       true, true},
   };
 }
 
 Readings of_the_actuators() {
   return {
-      {"delta", "port-positive", "rudder angles are positive to port", [](R t) { scale(t, kRudders, -1.0); }},
-      {"delta_p", "port-positive", "delta_p is positive to port", [](R t) { scale(t, {Channel::delta_p}, -1.0); }},
-      {"delta_s", "port-positive", "delta_s is positive to port", [](R t) { scale(t, {Channel::delta_s}, -1.0); }},
-      {"delta", "radians", "rudder angles labeled deg are in radians", [](R t) { scale(t, kRudders, kToDegrees); }},
-      {"delta", "degrees", "rudder angles labeled rad are in degrees", [](R t) { scale(t, kRudders, kDegree); }},
-      {"n_p", "rpm", "n_p is in revolutions per minute", [](R t) { scale(t, {Channel::n_p}, 1.0 / 60.0); }},
-      {"n_p", "radians", "n_p is in radians per second", [](R t) { scale(t, {Channel::n_p}, 0.5 / kPi); }},
-      {"n_bt", "port-positive", "n_bt is positive where the force goes to port",
+      {"delta", "port-positive", "rudder angles are positive to port", Channel::delta,
+       [](R t) { scale(t, kRudders, -1.0); }},
+      {"delta_p", "port-positive", "delta_p is positive to port", Channel::delta_p,
+       [](R t) { scale(t, {Channel::delta_p}, -1.0); }},
+      {"delta_s", "port-positive", "delta_s is positive to port", Channel::delta_s,
+       [](R t) { scale(t, {Channel::delta_s}, -1.0); }},
+      {"delta", "radians", "rudder angles labeled deg are in radians", Channel::delta,
+       [](R t) { scale(t, kRudders, kToDegrees); }, false, false, 0.0,
+       kPi * kDegree},  // only angles that a rudder can have
+      {"delta", "degrees", "rudder angles labeled rad are in degrees", Channel::delta,
+       [](R t) { scale(t, kRudders, kDegree); }, false, false, kPi},  // only angles that no rudder has
+      {"n_p", "rpm", "n_p is in revolutions per minute", Channel::n_p,
+       [](R t) { scale(t, {Channel::n_p}, 1.0 / 60.0); }},
+      {"n_p", "radians", "n_p is in radians per second", Channel::n_p,
+       [](R t) { scale(t, {Channel::n_p}, 0.5 / kPi); }},
+      {"n_bt", "port-positive", "n_bt is positive where the force goes to port", Channel::n_bt,
        [](R t) { scale(t, {Channel::n_bt}, -1.0); }},
-      {"n_bt", "rpm", "n_bt is in revolutions per minute", [](R t) { scale(t, {Channel::n_bt}, 1.0 / 60.0); }},
-      {"n_st", "port-positive", "n_st is positive where the force goes to port",
+      {"n_bt", "rpm", "n_bt is in revolutions per minute", Channel::n_bt,
+       [](R t) { scale(t, {Channel::n_bt}, 1.0 / 60.0); }},
+      {"n_st", "port-positive", "n_st is positive where the force goes to port", Channel::n_st,
        [](R t) { scale(t, {Channel::n_st}, -1.0); }},
   };
 }
@@ -75,14 +87,15 @@ Readings of_the_winds() {
     const Channel direction = wind.direction_channel, speed = wind.speed_channel;
     list.push_back({wind.direction, "wind-to",
                     is_true ? "wind_dir is where the wind blows to" : "app_wind_dir is where the wind blows to",
+                    direction,
                     [direction](R t) {
                       for (double& x : t[direction]) x += kPi;
                     },
                     true});
     list.push_back({wind.direction, "radians",
-                    is_true ? "wind_dir_deg holds radians" : "app_wind_dir_deg holds radians",
+                    is_true ? "wind_dir_deg holds radians" : "app_wind_dir_deg holds radians", direction,
                     [direction](R t) { scale(t, {direction}, kToDegrees); }});
-    list.push_back({wind.speed, "knots", is_true ? "wind_speed is in knots" : "app_wind_speed is in knots",
+    list.push_back({wind.speed, "knots", is_true ? "wind_speed is in knots" : "app_wind_speed is in knots", speed,
                     [speed](R t) { scale(t, {speed}, kKnot); }});
   }
   return list;
@@ -103,6 +116,22 @@ const ReadingEntry* find_reading(std::string_view channel, std::string_view name
   for (const ReadingEntry& entry : readings())
     if (entry.channel == channel && entry.name == name) return &entry;
   return nullptr;
+}
+
+bool is_of_motion(Channel channel) {
+  constexpr std::array kMotion{Channel::psi, Channel::x0, Channel::y0, Channel::u, Channel::vm, Channel::r};
+  return std::find(kMotion.begin(), kMotion.end(), channel) != kMotion.end();
+}
+
+bool is_of_wind(Channel channel) {
+  constexpr std::array kWinds{Channel::wind_speed, Channel::wind_dir, Channel::app_wind_speed, Channel::app_wind_dir};
+  return std::find(kWinds.begin(), kWinds.end(), channel) != kWinds.end();
+}
+
+std::optional<Channel> channel_of_reading(std::string_view channel) {
+  for (const ReadingEntry& entry : readings())
+    if (entry.channel == channel) return entry.of;
+  return std::nullopt;
 }
 
 std::vector<const ReadingEntry*> pick_readings(

@@ -25,7 +25,7 @@ def comparison_table(results):
         for row, data in enumerate(SETS):
             entry = scores[data]
             maha = "–" if entry["L_maha"] is None else number(entry["L_maha"])
-            coverage = ["–" if entry["L_maha"] is None else f"{entry['coverage'][level]:.0%}" for level in ("0.5", "0.9", "0.99")]
+            coverage = ["–" if entry["L_maha"] is None else f"{entry['coverage'][level]:.0%}" for level in ("50", "90", "99")]
             time = ("–" if seconds is None else f"{seconds:.3g}") if row == 0 else ""
             lines.append(f"| {model if row == 0 else ''} | {data} | {number(entry['L_eucl'])} | {maha} | {' | '.join(coverage)} | {time} |")
     return lines

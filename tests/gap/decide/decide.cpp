@@ -86,6 +86,20 @@ TEST_CASE("decide: each reason of the tests is reached, and only by what it says
          f.tests.heldout_gain_sd = 1.0;
        },
        Verdict::undecided, Reason::effect_not_heldout},
+      {"no noise and a small error, close to the rate",
+       [](Found& f) {
+         f.tests.is_noise_free = true;
+         f.tests.error_share = 0.04;
+         f.tests.intervals_p = p_of(4.9, f);
+       },
+       Verdict::undecided, Reason::error_of_inputs},
+      {"no noise, but more than inputs can make",
+       [](Found& f) {
+         f.tests.is_noise_free = true;
+         f.tests.error_share = 0.05;
+         f.tests.intervals_p = p_of(0.5, f);
+       },
+       Verdict::mismatch, Reason::interval},
       {"close to the rate", [](Found& f) { f.tests.intervals_p = p_of(4.9, f); }, Verdict::undecided,
        Reason::close_to_rate},
       {"small intervals", [](Found& f) { f.tests.small_intervals = 1; }, Verdict::undecided, Reason::small_intervals},
@@ -122,6 +136,12 @@ TEST_CASE("decide: each reason of the tests is reached, and only by what it says
          f.tests.error_share = 0.6;
        },
        Verdict::undecided, Reason::far_parameters},
+      {"two far parameters and an error that only just is not large",
+       [](Found& f) {
+         f.tests.far_parameters = 2;
+         f.tests.error_share = 0.5;
+       },
+       Verdict::no_mismatch, Reason::nothing_left},
       {"two far parameters alone", [](Found& f) { f.tests.far_parameters = 2; }, Verdict::no_mismatch,
        Reason::nothing_left},
   };
@@ -220,6 +240,19 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
          h.left_p = 0.005;
        },
        Verdict::undecided, false, false, true},
+      {"no name, surely seen and large, but little left once effects are fitted: undecided",
+       [&](Found& f, HypothesesFound& h) {
+         seen(f);
+         h.is_named = false;
+         h.left_p = 0.005;
+       },
+       Verdict::undecided, false, false, false},
+      {"no name, and the tests cannot tell: undecided",
+       [](Found& f, HypothesesFound& h) {
+         f.tests.converged = false;
+         h.is_named = false;
+       },
+       Verdict::undecided, false, false, true},
       {"no name and nothing seen, but something likelier than nothing: undecided",
        [](Found&, HypothesesFound& h) { h.is_named = false; }, Verdict::undecided, false, false, true},
       {"nothing at all",
@@ -289,23 +322,29 @@ TEST_CASE("decide: when one hypothesis holds against another", "[gap][decide]") 
     Rivals rivals;
     bool holds;
   };
-  const double rate = 0.01;
   const Row rows[] = {
-      {"less likely", {-0.1, true, false, true, 9.0, 1.0, 1e-9}, false},
-      {"an effect that is nothing", {9.0, false, false, true, 9.0, 1.0, 1e-9}, false},
-      {"strong odds against nothing, predicting as well", {6.0, true, false, true, -1.0, 1.0, 1.0}, true},
-      {"strong odds against nothing, predicting worse", {6.0, true, false, true, -2.1, 1.0, 1.0}, false},
-      {"strong odds against nothing, but terms alone", {6.0, true, true, true, -1.0, 1.0, 1.0}, false},
-      {"terms with strong odds need one standard error", {6.0, true, true, true, 1.1, 1.0, 1.0}, true},
-      {"strong odds against another need a gain", {6.0, true, false, false, 0.1, 1.0, 1.0}, true},
-      {"strong odds against another, no gain", {6.0, true, false, false, -0.1, 1.0, 1.0}, false},
-      {"weak odds need two standard errors", {3.0, true, false, true, 1.9, 1.0, 1.0}, false},
-      {"weak odds with two standard errors", {3.0, true, false, true, 2.1, 1.0, 1.0}, true},
-      {"weak odds, but a tiny p-value: one is enough", {3.0, true, false, true, 1.1, 1.0, 1e-5}, true},
+      {"less likely", {-0.1, true, false, true, 9.0, 1.0, true}, false},
+      {"an effect that is nothing", {9.0, false, false, true, 9.0, 1.0, true}, false},
+      {"strong odds against nothing, predicting as well", {6.0, true, false, true, -1.0, 1.0, false}, true},
+      {"strong odds against nothing, predicting worse", {6.0, true, false, true, -2.1, 1.0, false}, false},
+      {"strong odds against nothing, but terms alone", {6.0, true, true, true, -1.0, 1.0, false}, false},
+      {"terms with strong odds need one standard error", {6.0, true, true, true, 1.1, 1.0, false}, true},
+      {"strong odds against another need a gain", {6.0, true, false, false, 0.1, 1.0, false}, true},
+      {"strong odds against another, no gain", {6.0, true, false, false, -0.1, 1.0, false}, false},
+      {"odds that are strong beside others, not against nothing: a gain is asked",
+       {5.5, true, false, true, -0.1, 1.0, false},
+       false},
+      {"the same with any gain", {5.5, true, false, true, 0.1, 1.0, false}, true},
+      {"terms with strong odds against another need one standard error",
+       {6.0, true, true, false, 0.9, 1.0, false},
+       false},
+      {"weak odds need two standard errors", {3.0, true, false, true, 1.9, 1.0, false}, false},
+      {"weak odds with two standard errors", {3.0, true, false, true, 2.1, 1.0, false}, true},
+      {"weak odds, but something surely is left: one is enough", {3.0, true, false, true, 1.1, 1.0, true}, true},
   };
   for (const Row& row : rows) {
     CAPTURE(row.what);
-    CHECK(gap::holds(row.rivals, rate) == row.holds);
+    CHECK(gap::holds(row.rivals) == row.holds);
   }
 }
 

@@ -45,7 +45,7 @@ void check_named(const Planted& planted, const SimulatedCampaign& campaign) {
   CAPTURE(planted.name, planted.parameter, planted.value);
   const Audit result = audit(recorded(campaign, vectwin(), planted.fault), {});
   CAPTURE(names(result));
-  CHECK(result.verdict == Audit::Verdict::faulty);
+  CHECK(result.verdict() == Audit::Verdict::faulty);
   REQUIRE(result.faults.size() == 1);
   const Fault& fault = result.faults[0];
   CHECK(fault.name == planted.name);
@@ -207,8 +207,8 @@ TEST_CASE("audit: sound sensors are found sound", "[gap][audit][long]") {
                                      .sample_s = seed % 5 == 0 ? 0.5 : 1.0,
                                      .wind_mps = seed % 3 == 0 ? 0.0 : 1.0};
     const Audit result = audit(recorded(campaign, vectwin(), {}, 0.2 + 0.3 * static_cast<double>(seed % 7)), {});
-    CHECK(result.verdict != Audit::Verdict::unchecked);
-    if (result.verdict == Audit::Verdict::faulty) ++alarms;
+    CHECK(result.verdict() != Audit::Verdict::unchecked);
+    if (result.verdict() == Audit::Verdict::faulty) ++alarms;
   }
   CHECK(alarms <= 1);
 }
@@ -218,7 +218,7 @@ TEST_CASE("audit: hard turns sampled once a second without noise feign no fault"
   for (const char* name : {"vectwin-3m", "esso-osaka-3m"}) {
     const Audit result = audit(recorded({.ship = name, .seed = 61}, read_ship(name), {}, 0.0), {});
     CAPTURE(name, names(result));
-    CHECK(result.verdict == Audit::Verdict::consistent);
+    CHECK(result.verdict() == Audit::Verdict::consistent);
   }
 }
 
@@ -244,7 +244,7 @@ TEST_CASE("audit: missing samples and gaps neither hide a fault nor feign one", 
     CAPTURE(bias_deg, names(result));
     CHECK(has_notice(result, "lacks"));
     if (bias_deg == 0.0) {
-      CHECK(result.verdict == Audit::Verdict::consistent);
+      CHECK(result.verdict() == Audit::Verdict::consistent);
       continue;
     }
     REQUIRE(result.faults.size() == 1);
@@ -261,7 +261,7 @@ TEST_CASE("audit: a frozen channel is reported and left out", "[gap][audit]") {
     const Audit result = audit(recordings, {});
     CAPTURE(info(channel).name, names(result));
     CHECK(has_notice(result, "is frozen"));
-    CHECK(result.verdict == Audit::Verdict::consistent);
+    CHECK(result.verdict() == Audit::Verdict::consistent);
     for (const ChannelQuality& quality : result.channels) {
       // 50 of 241 samples; a ship that goes across an axis hardly moves along it, and a berthing stops.
       if (quality.channel == channel)
