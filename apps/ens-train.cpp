@@ -28,7 +28,8 @@ namespace {
 
 struct Options {
   std::vector<std::string> recordings, held_out;
-  std::string config = "model-scale", output, status, columns, base, base_spread, kernel = "auto";
+  std::string config = "model-scale", output, status, columns, base, kernel = "auto";
+  std::optional<std::string> base_spread;
   int members = 0, member = -1, epochs = 0;
   bool resume = false, no_initial_state_net = false;
   double checkpoint_s = 30.0;
@@ -94,20 +95,20 @@ std::string losses(const ensemble::MemberProgress& progress) {
 }
 
 std::string name_of(const std::optional<ensemble::BaseRecord>& base) {
-  return base ? fmt::format("'{}' ({})", base->name, base->sha256.substr(0, 8)) : "none";
+  return base ? fmt::format("'{}' ({}, spread {:g})", base->name, base->sha256.substr(0, 8), base->spread) : "none";
 }
 
 // --base-spread in place of what the config says.
 void take_base_spread(const Options& o, ensemble::TrainingConfig& config) {
-  if (o.base_spread.empty()) return;
+  if (!o.base_spread) return;
   if (o.base.empty()) throw UsageError("--base-spread needs --base, the ship whose uncertainty is meant");
   double spread = 0.0;
-  if (o.base_spread == "auto")
+  if (*o.base_spread == "auto")
     config.base_spread = std::nullopt;
-  else if (io::parse_number(o.base_spread, spread) && spread >= 0.0)
+  else if (io::parse_number(*o.base_spread, spread) && spread >= 0.0)
     config.base_spread = spread;
   else
-    throw UsageError(fmt::format("--base-spread: expected a number >= 0 or 'auto', got '{}'", o.base_spread));
+    throw UsageError(fmt::format("--base-spread: expected a number >= 0 or 'auto', got '{}'", *o.base_spread));
 }
 
 // What the base's uncertainty is multiplied by. What an earlier process inferred from the same data stands in the
@@ -187,12 +188,40 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
                     "anew without --resume and --member",
                     o.output));
   if (!continues) ensemble::remove_training(o.output);
-  if (!existing || !continues || existing->config.members != header.config.members)
+  const bool is_whole = existing && continues && ensemble::has_base_file(o.output, header);
+  if (!is_whole || existing->config.members != header.config.members)
     ensemble::write_header(
         o.output, header,
         cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s", "--held-out"}),
         data.base.get());
   return header;
+}
+
+// Trains with a progress line; the mean loss of the members, or nothing where a signal stopped it.
+std::optional<double> train(const Options& o, const ensemble::TrainingData& data,
+                            const ensemble::EnsembleHeader& header, const ensemble::EnsembleTraining& training,
+                            const nn::Kernels<float>& kernels) {
+  std::vector<ensemble::MemberProgress> members(static_cast<std::size_t>(header.config.members));
+  const auto count = static_cast<double>(training.members.size());
+  {
+    cli::Progress progress(
+        fmt::format("ens-train: {} member{}", training.members.size(), training.members.size() == 1 ? "" : "s"),
+        count * header.config.epochs, o.common);
+    const auto report = [&](int number, const ensemble::MemberProgress& now) {
+      ensemble::MemberProgress& member = members[static_cast<std::size_t>(number)];
+      if (now.epochs_done - member.epochs_done > 1) progress.skip(now.epochs_done - member.epochs_done);
+      member = now;
+      double epochs = 0.0;
+      for (const auto& m : members) epochs += m.epochs_done;
+      progress.update(epochs, fmt::format("member {} epoch {}{}", number, now.epochs_done, losses(now)));
+    };
+    if (!ensemble::train_ensemble(data, header, training, kernels,
+                                  {report, [](const std::string& warning) { spdlog::warn("{}", warning); }}))
+      return std::nullopt;
+  }
+  double mean_loss = 0.0;
+  for (const int member : training.members) mean_loss += *members[static_cast<std::size_t>(member)].loss / count;
+  return mean_loss;
 }
 
 }  // namespace
@@ -250,33 +279,14 @@ int main(int argc, char** argv) try {
   training.members.resize(o.member >= 0 ? 1 : static_cast<std::size_t>(config.members), std::max(0, o.member));
   if (o.member < 0) std::iota(training.members.begin(), training.members.end(), 0);
 
-  std::vector<ensemble::MemberProgress> members(static_cast<std::size_t>(config.members));
-  bool finished = false;
-  {
-    cli::Progress progress(
-        fmt::format("ens-train: {} member{}", training.members.size(), training.members.size() == 1 ? "" : "s"),
-        static_cast<double>(training.members.size()) * config.epochs, o.common);
-    const auto report = [&](int number, const ensemble::MemberProgress& now) {
-      ensemble::MemberProgress& member = members[static_cast<std::size_t>(number)];
-      if (now.epochs_done - member.epochs_done > 1) progress.skip(now.epochs_done - member.epochs_done);
-      member = now;
-      double epochs = 0.0;
-      for (const auto& m : members) epochs += m.epochs_done;
-      progress.update(epochs, fmt::format("member {} epoch {}{}", number, now.epochs_done, losses(now)));
-    };
-    finished = ensemble::train_ensemble(data, header, training, kernels,
-                                        {report, [](const std::string& warning) { spdlog::warn("{}", warning); }});
-  }
-  if (!finished) {
+  const std::optional<double> mean_loss = train(o, data, header, training, kernels);
+  if (!mean_loss) {
     spdlog::error("stopped by {}; checkpoints are written. The same command with --resume continues from there",
                   cli::Interruption::signal_name());
     return cli::kComputationFailed;
   }
-  double mean_loss = 0.0;
-  for (const int member : training.members)
-    mean_loss += *members[static_cast<std::size_t>(member)].loss / static_cast<double>(training.members.size());
   spdlog::info("{}: {} member{} trained on {} windows, mean loss {:.4g} (noise alone gives 3)", o.output,
-               training.members.size(), training.members.size() == 1 ? "" : "s", data.windows.size(), mean_loss);
+               training.members.size(), training.members.size() == 1 ? "" : "s", data.windows.size(), *mean_loss);
   return cli::kOk;
 } catch (...) {
   return cli::report_current_exception("ens-train");

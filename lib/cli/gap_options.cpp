@@ -16,7 +16,7 @@ CLI::Option* add_gap_options(CLI::App& app, GapOptions& o) {
       ->capture_default_str();
   app.add_option("--step-s", o.step_s,
                  "time grid of the filter [s], rounded to whole samples (default: 2 sqrt(L_pp/g))")
-      ->check(positive());
+      ->check(in_range(1e-3, 1e3));
   return ship;
 }
 

@@ -86,10 +86,18 @@ void run_replay(const CLI::App& app, const SimOptions& opt) {
     return write_result(opt, ship, truth);
   }
 
+  std::size_t sequences = 0;
   const auto predict = [&](std::size_t i, io::PredictionWriter& writer) {
-    if (replay_sequences(ship, recordings[i], inputs[i], grid, opt.restart_steps, writer) == 0)
+    const std::size_t found = replay_sequences(ship, recordings[i], inputs[i], grid, opt.restart_steps, writer);
+    sequences += found;
+    if (found == 0)
       spdlog::warn("{}: shorter than {} points without a gap; it gives no sequence", recordings[i].file,
                    opt.restart_steps);
+    if (i + 1 == recordings.size() && sequences == 0)
+      throw InputError(recordings.front().file,
+                       fmt::format("no recording holds {} points {} s apart without a gap; choose fewer "
+                                   "--restart-steps",
+                                   opt.restart_steps, grid.sample_s));
   };
   if (opt.output == "-") {
     inputs_of(opt).keep_from({opt.output});

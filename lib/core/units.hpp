@@ -11,6 +11,9 @@ inline constexpr double kKnot = 1852.0 / 3600.0;  ///< [m/s], by definition of t
 /// Farthest time of a sample from zero [s], 3,000 years, our choice: a clock that counts from 1970 is far below, and
 /// one hundred thousandth of a second is still resolved.
 inline constexpr double kFarthestTime_s = 1e11;
+/// Times that lie closer are one [s], our choice: far below any sampling time, and what a clock that counts from 1970
+/// still resolves.
+inline constexpr double kSameTime_s = 1e-6;
 /// Largest angle of a reading [rad], our choice: far above any heading that is counted on and on, and far below where a
 /// double no longer says which way it points.
 inline constexpr double kLargestAngle = 1e9 * kDegree;

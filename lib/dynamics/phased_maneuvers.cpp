@@ -43,7 +43,7 @@ class PhasedManeuver : public Maneuver {
       Phase& phase = phases_.back();
       phase.end_s = t_s;
       phase.is_fulfilled = has_come(t_s, state);
-      phase.is_complete = phase.is_fulfilled || t_s - phase.start_s >= planned().longest_s - kSameTime_s;
+      phase.is_complete = phase.is_fulfilled || t_s - phase.start_s >= planned().longest_s - kSameStep_s;
       if (phase.is_complete && phases_.size() < plan_.size()) begin_phase(t_s, state);
     }
     command = planned().command;
@@ -61,7 +61,7 @@ class PhasedManeuver : public Maneuver {
   std::vector<Phase> phases() const override { return phases_; }
 
  private:
-  static constexpr double kSameTime_s = 1e-9;
+  static constexpr double kSameStep_s = 1e-9;
 
   const PlannedPhase& planned() const { return plan_[phases_.size() - 1]; }
 

@@ -14,7 +14,7 @@ namespace {
 using Kind = PilotLeg::Kind;
 
 constexpr double kModelLength_m = 3.0;  // of the ship that plans are made for
-constexpr double kSameTime_s = 1e-9;
+constexpr double kSameStep_s = 1e-9;
 constexpr double kMostToLine = 15.0 * kDegree;  // in a fairway: from its direction
 constexpr double kNever_s = std::numeric_limits<double>::infinity();
 
@@ -52,11 +52,11 @@ class Pilot : public Maneuver {
         longest_s_(longest_s) {}
 
   void order(double t_s, const ShipState<double>& state, Actuators<double>& command) override {
-    if (t_s >= order_s_ - kSameTime_s) {
+    if (t_s >= order_s_ - kSameStep_s) {
       command = ordered_;
       order_s_ = kNever_s;
     }
-    if (t_s < look_s_ - kSameTime_s) return;
+    if (t_s < look_s_ - kSameStep_s) return;
     ordered_ = decide(t_s, state, command);
     const PilotTraits& pilot = plan_.pilot;
     order_s_ = t_s + pilot.reaction_s;

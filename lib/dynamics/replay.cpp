@@ -15,7 +15,8 @@ namespace {
 constexpr double kSameStep = 1e-6;         // of a step
 constexpr double kLimitSlack = 0.02;       // of an actuator's range: measured values overshoot a little
 constexpr double kHoleSteps = 1.5;         // sampling times without a sample, as in resample()
-constexpr double kMostSamplesApart = 1e6;  // between two samples, our choice: a file of two rows may drive for a day
+constexpr double kMostSamplesApart = 1e5;  // between two samples, our choice: a file of two rows may drive for a day
+constexpr double kMostSamples = 1e7;       // of a replay in all, our choice: four months at one a second
 constexpr int kSlowParts = 10;             // of a sampling time, in which rudders with a memory are followed
 
 void hold_last(std::vector<double>& values) {
@@ -188,6 +189,10 @@ std::vector<std::string> holes_to_drive_through(const Trajectory& recording, con
                     "in seconds?",
                     longest.length_s(), kMostSamplesApart, grid.sample_s));
   const std::vector<double>& t = recording[Channel::t];
+  if (t.back() - t.front() > kMostSamples * grid.sample_s)
+    throw InputError(recording.file, 0, "column 't_s'",
+                     fmt::format("lasts {} s; expected at most {} times the {} s of --sample-s: is it in seconds?",
+                                 t.back() - t.front(), kMostSamples, grid.sample_s));
   const double hole_s = kHoleSteps * std::max(grid.sample_s, sampling_time_s(recording));
   std::size_t holes = 0;
   for (std::size_t i = 1; i < t.size(); ++i)

@@ -21,14 +21,14 @@ class ScheduledOrders : public Maneuver {
   explicit ScheduledOrders(Schedule schedule) : schedule_(std::move(schedule)) {}
   std::optional<double> longest_s() const override { return schedule_.end_s() + kAfterLastRow_s; }
   void order(double t_s, const ShipState<double>&, Actuators<double>& command) override {
-    for (; next_ < schedule_.rows.size() && schedule_.rows[next_].t_s <= t_s + kSameTime_s; ++next_)
+    for (; next_ < schedule_.rows.size() && schedule_.rows[next_].t_s <= t_s + kSameStep_s; ++next_)
       for (std::size_t i = 0; i < schedule_.channels.size(); ++i)
         if (const double order = schedule_.rows[next_].orders[i]; !std::isnan(order))
           command[schedule_.channels[i]] = order;
   }
 
  private:
-  static constexpr double kSameTime_s = 1e-9, kAfterLastRow_s = 200.0;
+  static constexpr double kSameStep_s = 1e-9, kAfterLastRow_s = 200.0;
   Schedule schedule_;
   std::size_t next_ = 0;
 };

@@ -71,6 +71,10 @@ ShipDraw ShipDraws::draw(int number) const {
   for (int refused = 0; refused < kMostRefused; ++refused) {
     ShipDraw result{ship_, draw_factors(law_, spread_, random), refused};
     result.ship.multiply(result.factors);
+    const bool is_readable = std::ranges::all_of(result.ship.coefficient_factors, [](const CoefficientFactor& by) {
+      return by.factor >= kFactorRange.low && by.factor <= kFactorRange.high;
+    });
+    if (!is_readable) continue;
     if (speed_mps_ == -INFINITY || runs_and_turns(result.ship, speed_mps_)) return result;
   }
   throw NumericalError(

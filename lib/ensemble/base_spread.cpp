@@ -55,12 +55,13 @@ class SpreadFit {
     theta_ = Eigen::VectorXd::Zero(law.covariance.rows());
     Eigen::Index points = 0;
     for (const Samples& samples : data.stretches) {
-      if (points > kMostPoints) break;
-      points += samples.size();
+      if (points >= kMostPoints) break;
+      const Eigen::Index size = std::min(samples.size(), kMostPoints - points);
+      points += size;
       Track track{&samples, {}, {}, {}};
       const RecordedInputs& inputs = inputs_of.at(samples.file);
       const double part_s = dt_s_ / parts_;
-      for (Eigen::Index k = 0; k + 1 < samples.size(); ++k) {
+      for (Eigen::Index k = 0; k + 1 < size; ++k) {
         track.inputs.emplace_back();
         for (int part = 0; part < parts_; ++part)
           track.inputs.back().push_back(inputs.step(samples.t_s(k) + part * part_s, part_s));

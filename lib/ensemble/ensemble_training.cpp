@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <mutex>
 
 #include <fmt/format.h>
 
+#include "core/errors.hpp"
 #include "core/parallel.hpp"
 #include "io/files.hpp"
 
@@ -138,6 +140,20 @@ class MemberTraining {
   bool warned_ = false;
 };
 
+// The ship of a member that is kept: its file may have been lost or changed, and it is drawn as it was.
+void restore_own_base(const TrainingData& data, const EnsembleHeader& header, const std::string& folder,
+                      const Member& member) {
+  if (!member.own_base) return;
+  const std::string path = member_ship_path(folder, member.number);
+  std::error_code error;
+  if (std::filesystem::exists(path, error) && io::sha256(io::read_text(path)) == member.own_base->sha256) return;
+  const std::string text = data_of_member(data, header.seed, member.number).base->text();
+  if (io::sha256(text) != member.own_base->sha256)
+    throw InputError(member_path(folder, member.number), 0, "/base/sha256",
+                     "is not that of the ship which this member's number draws; train it anew");
+  io::write_text(path, text);
+}
+
 }  // namespace
 
 bool train_ensemble(const TrainingData& data, const EnsembleHeader& header, const EnsembleTraining& training,
@@ -160,6 +176,7 @@ bool train_ensemble(const TrainingData& data, const EnsembleHeader& header, cons
         one_at_a_time.warning(fmt::format(
             "member {} is kept as kernel '{}' trained it; kernel '{}' of this run would give other last digits", number,
             done.kernel, kernels.name));
+      restore_own_base(data, header, training.folder, done);
       remove_remains(training.folder, number);
       one_at_a_time.progress(number, {header.config.epochs, done.training_curve.back(), {}, {}});
       return;

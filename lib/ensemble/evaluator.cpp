@@ -128,8 +128,6 @@ std::vector<std::string> Ensemble::notices() const {
     notices.push_back(fmt::format(
         "the members were trained on different kernels ({}): a training on one of them gives others in the last digits",
         fmt::join(names, ", ")));
-  if (!std::all_of(members_.begin(), members_.end(), [](const Member& member) { return member.verified; }))
-    notices.push_back("members of an earlier version have no hash: damaged weights would not be noticed");
   return notices;
 }
 

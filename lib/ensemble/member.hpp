@@ -27,7 +27,6 @@ struct Member {
   std::array<double, 3> output_sd{};
   std::optional<OwnBase> own_base = std::nullopt;
   std::vector<float> training_curve;  ///< mean training loss of each epoch
-  bool verified = true;               ///< false where its file, of an earlier version, has no hash
 };
 
 nn::NetworkShape dynamics_shape(const ModelInputs& inputs, const TrainingConfig& config);

@@ -1,34 +1,25 @@
 #include "ensemble/model_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
-#include <limits>
-#include <tuple>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
-#include "ensemble/muon.hpp"
+#include "ensemble/model_json.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
-#include "io/json_check.hpp"
 
 namespace leeway::ensemble {
 namespace fs = std::filesystem;
 namespace {
 
-// Weights are single precision: this JSON prints and reads them as such, with the fewest digits that keep the bits.
-using FloatJson =
-    nlohmann::basic_json<nlohmann::ordered_map, std::vector, std::string, bool, std::int64_t, std::uint64_t, float>;
-
 constexpr const char* kIndexFile = "ensemble.json";
 constexpr const char* kMemberPrefix = "member-";
 constexpr const char* kBaseFile = "base-ship.json";
-constexpr std::string_view kCheckpointFormat = "leeway checkpoint 2 ";  // then the hash of all that follows the line
 
 io::Json spreads_to_json(const std::vector<Spread>& spreads) {
   io::Json result = io::Json::array();
@@ -88,21 +79,6 @@ io::Json training_to_json(const EnsembleHeader& h) {
   return json;
 }
 
-// No white space, whatever stands in a recording's name: equal text for what was written and what is read back.
-template <typename AnyJson>
-std::string hash_of(const AnyJson& json) {
-  return io::sha256(json.dump(-1, ' ', false, AnyJson::error_handler_t::replace));
-}
-
-// All that a prediction takes from a member's file.
-FloatJson deciding_part(const FloatJson& member) {
-  FloatJson part;
-  for (const char* key : {"training_id", "output_mean", "output_sd", "dynamics", "initial_state"})
-    part[key] = member.at(key);
-  if (member.contains("base")) part["base"] = member.at("base");
-  return part;
-}
-
 // All that a training and its use take from ensemble.json and that the training_id does not cover.
 std::string header_hash(const io::Json& json) {
   return hash_of(io::Json{{"training_id", json.at("training_id")}, {"domain", json.at("domain")}});
@@ -116,136 +92,11 @@ void require_finite(const io::Json& json, const std::string& path) {
       throw NumericalError(fmt::format("{}: {} would be no finite number; nothing is written", path, pointer));
 }
 
-void require_finite(const Member& member, const std::string& path) {
-  const auto finite = [](double x) { return std::isfinite(x); };
-  const auto& [mean, sd, curve] = std::tie(member.output_mean, member.output_sd, member.training_curve);
-  if (!std::all_of(member.parameters.begin(), member.parameters.end(), finite) ||
-      !std::all_of(mean.begin(), mean.end(), finite) || !std::all_of(curve.begin(), curve.end(), finite) ||
-      !std::all_of(sd.begin(), sd.end(), [](double x) { return std::isfinite(x) && x > 0.0; }))
-    throw NumericalError(
-        fmt::format("{}: a weight, a loss or the standardization would be no finite number; nothing is "
-                    "written",
-                    path));
-}
-
-FloatJson network_to_json(const nn::NetworkShape& shape, const float* parameters) {
-  FloatJson layers = FloatJson::array();
-  for (int l = 0; shape.outputs > 0 && l < nn::layer_count(shape); ++l) {
-    const int rows = nn::layer_outputs(shape, l), cols = nn::layer_inputs(shape, l);
-    FloatJson weights = FloatJson::array();
-    for (int i = 0; i < rows; ++i) {
-      FloatJson row = FloatJson::array();
-      for (int j = 0; j < cols; ++j) row.push_back(parameters[j * rows + i]);
-      weights.push_back(std::move(row));
-    }
-    parameters += static_cast<std::ptrdiff_t>(rows) * cols;
-    layers.push_back({{"weights", std::move(weights)}, {"bias", std::vector<float>(parameters, parameters + rows)}});
-    parameters += rows;
-  }
-  return layers;
-}
-
-void network_from_json(const FloatJson& layers, const nn::NetworkShape& shape, nn::AlignedVector<float>& parameters) {
-  if (shape.outputs == 0) return;
-  if (static_cast<int>(layers.size()) != nn::layer_count(shape)) throw std::out_of_range("number of layers");
-  for (int l = 0; l < nn::layer_count(shape); ++l) {
-    const int rows = nn::layer_outputs(shape, l), cols = nn::layer_inputs(shape, l);
-    const FloatJson& weights = layers.at(l).at("weights");
-    const FloatJson& bias = layers.at(l).at("bias");
-    if (static_cast<int>(weights.size()) != rows || static_cast<int>(bias.size()) != rows)
-      throw std::out_of_range(fmt::format("rows of layer {}", l));
-    const std::size_t begin = parameters.size();
-    parameters.resize(begin + static_cast<std::size_t>(rows) * cols);
-    for (int i = 0; i < rows; ++i) {
-      if (static_cast<int>(weights.at(i).size()) != cols)
-        throw std::out_of_range(fmt::format("columns of layer {}", l));
-      for (int j = 0; j < cols; ++j)
-        parameters[begin + static_cast<std::size_t>(j) * rows + i] = weights.at(i).at(j).get<float>();
-    }
-    for (int i = 0; i < rows; ++i) parameters.push_back(bias.at(i).get<float>());
-  }
-  for (const float p : parameters)
-    if (!std::isfinite(p)) throw std::out_of_range("a weight is no finite number");
-}
-
-// Double-precision numbers as text within a single-precision file, so that their bits stay as well.
-template <std::size_t n>
-std::vector<std::string> exact(const std::array<double, n>& values) {
-  std::vector<std::string> texts;
-  texts.reserve(n);
-  for (const double value : values) texts.push_back(fmt::format("{}", value));
-  return texts;
-}
-
-template <std::size_t n = 3>
-std::array<double, n> exact_from(const FloatJson& json) {
-  std::array<double, n> values{};
-  for (std::size_t i = 0; i < n; ++i)
-    if (!io::parse_number(json.at(i).get<std::string>(), values[i])) throw std::out_of_range("a number is not finite");
-  return values;
-}
-
-long whole_from(const FloatJson& json) {
-  const bool is_whole = json.is_number_unsigned() && json.get<std::uint64_t>() <= std::numeric_limits<int>::max();
-  if (!is_whole) throw std::out_of_range(fmt::format("'{}' is no whole number >= 0", json.dump().substr(0, 40)));
-  return json.get<long>();
-}
-
-nn::AlignedVector<float> floats_from(const FloatJson& json) {
-  const auto values = json.get<std::vector<float>>();
-  return {values.begin(), values.end()};
-}
-
-// Reads a file of ours whose parts are nested too deep for one pointer each: any mismatch is one InputError.
-template <typename Read>
-auto checked(const std::string& path, const Read& read) {
-  try {
-    return read();
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(path, fmt::format("not a member file of this version: {}", error.what()));
-  } catch (const std::out_of_range& error) {
-    throw InputError(path, fmt::format("does not fit the ensemble: {}", error.what()));
-  }
-}
-
-OwnBase own_base_from(const FloatJson& json) {
-  OwnBase own{json.at("sha256").get<std::string>(), exact_from(json.at("acceleration_mean")),
-              exact_from(json.at("acceleration_sd"))};
-  for (const double sd : own.acceleration_sd)
-    if (!(sd > 0.0)) throw std::out_of_range("acceleration_sd is not > 0");
-  return own;
-}
-
-void check_member_keys(const FloatJson& json, const std::string& path) {
-  if (json.at("format").get<std::string>() != "leeway member 1")
-    throw InputError(path, 0, "/format", "expected \"leeway member 1\"");
-  constexpr std::array kKeys{"format",   "training_id",   "member",         "kernel", "output_mean", "output_sd",
-                             "dynamics", "initial_state", "training_curve", "sha256", "base"};
-  const auto check = [&](const FloatJson& object, const std::string& pointer, auto begin, auto end) {
-    for (const auto& item : object.items())
-      if (std::find(begin, end, item.key()) == end)
-        throw InputError(path, 0, pointer + item.key(),
-                         fmt::format("unknown key; known here: {}", fmt::join(begin, end, ", ")));
-  };
-  check(json, "/", kKeys.begin(), kKeys.end());
-  constexpr std::array kBaseKeys{"ship", "sha256", "acceleration_mean", "acceleration_sd"};
-  if (json.contains("base")) check(json.at("base"), "/base/", kBaseKeys.begin(), kBaseKeys.end());
-  constexpr std::array kLayerKeys{"weights", "bias"};
-  for (const char* network : {"dynamics", "initial_state"})
-    for (std::size_t l = 0; l < json.at(network).size(); ++l)
-      check(json.at(network).at(l), fmt::format("/{}/{}/", network, l), kLayerKeys.begin(), kLayerKeys.end());
-}
-
 std::shared_ptr<const BaseModel> read_base_file(const std::string& path, const std::string& sha256,
                                                 const std::string& which) {
   std::string text = io::read_text(path);
   if (io::sha256(text) != sha256) throw InputError(path, fmt::format("is not the ship {}", which));
   return std::make_shared<const BaseModel>(read_ship(path), std::move(text));
-}
-
-void check_training_id(const std::string& path, const std::string& found, const EnsembleHeader& header) {
-  if (found != header.training_id)
-    throw InputError(path, "belongs to another training (data, settings, base or seed differ from ensemble.json)");
 }
 
 }  // namespace
@@ -333,17 +184,16 @@ std::optional<EnsembleHeader> read_header(const std::string& folder, bool option
     base->check_all_known();
   }
   training.check_all_known();
-  if (file.has("domain"))  // ensembles of earlier versions have none
-    for (const io::JsonObject& range : file.objects("domain")) {
-      h.inputs.domain.push_back({range.text("name"), range.number("low"), range.number("high")});
-      range.check_all_known();
-    }
+  for (const io::JsonObject& range : file.objects("domain")) {
+    h.inputs.domain.push_back({range.text("name"), range.number("low"), range.number("high")});
+    range.check_all_known();
+  }
   file.has("provenance");
-  const bool has_hash = file.has("sha256");  // nor have they one
+  const std::string hash = file.text("sha256");
   file.check_all_known();
   if (hash_of(json.at("training")) != h.training_id)
     file.fail("training_id", "is not the SHA-256 of /training: the file was changed after the training");
-  if (has_hash && (!json.contains("domain") || file.text("sha256") != header_hash(json)))
+  if (hash != header_hash(json))
     file.fail("sha256", "is not that of /training_id and /domain: the file was changed after the training");
   return h;
 }
@@ -354,6 +204,12 @@ bool is_model_file(const std::string& path) {
 }
 
 std::string base_path(const std::string& folder) { return (fs::path(folder) / kBaseFile).string(); }
+
+bool has_base_file(const std::string& folder, const EnsembleHeader& header) {
+  std::error_code error;
+  const std::string path = base_path(folder);
+  return !header.base || (fs::exists(path, error) && io::sha256(io::read_text(path)) == header.base->sha256);
+}
 
 std::shared_ptr<const BaseModel> read_base(const std::string& folder, const EnsembleHeader& header) {
   if (!header.base) return nullptr;
@@ -377,139 +233,6 @@ std::string member_ship_path(const std::string& folder, int number) {
 
 std::string checkpoint_path(const std::string& folder, int number) {
   return (fs::path(folder) / fmt::format("member-{:02}.checkpoint", number)).string();
-}
-
-bool member_exists(const std::string& folder, int number) {
-  std::error_code error;
-  return fs::exists(member_path(folder, number), error);
-}
-
-void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header,
-                  const std::function<void()>& before_rename) {
-  const std::size_t split = nn::parameter_count(member.dynamics);
-  const std::string path = member_path(folder, member.number);
-  require_finite(member, path);
-  FloatJson json{{"format", "leeway member 1"},
-                 {"training_id", header.training_id},
-                 {"member", member.number},
-                 {"kernel", member.kernel},
-                 {"output_mean", exact(member.output_mean)},
-                 {"output_sd", exact(member.output_sd)},
-                 {"dynamics", network_to_json(member.dynamics, member.parameters.data())},
-                 {"initial_state", network_to_json(member.initial_state, member.parameters.data() + split)},
-                 {"training_curve", member.training_curve}};
-  if (member.own_base)
-    json["base"] = {{"ship", fs::path(member_ship_path(folder, member.number)).filename().string()},
-                    {"sha256", member.own_base->sha256},
-                    {"acceleration_mean", exact(member.own_base->acceleration_mean)},
-                    {"acceleration_sd", exact(member.own_base->acceleration_sd)}};
-  json["sha256"] = hash_of(deciding_part(json));
-  io::OutputFile file(path);
-  file.write(json.dump() + "\n");
-  file.commit(before_rename);
-}
-
-Member read_member(const std::string& folder, int number, const EnsembleHeader& header) {
-  const std::string path = member_path(folder, number);
-  const std::string text = io::read_text(path);
-  return checked(path, [&] {
-    io::check_json<FloatJson>(text, path, io::JsonTop::object);
-    const FloatJson json = FloatJson::parse(text);
-    check_training_id(path, json.at("training_id").get<std::string>(), header);
-    Member member;
-    member.number = static_cast<int>(whole_from(json.at("member")));
-    if (member.number != number) throw std::out_of_range(fmt::format("it is member {}", member.number));
-    member.kernel = json.at("kernel").get<std::string>();
-    member.output_mean = exact_from(json.at("output_mean"));
-    member.output_sd = exact_from(json.at("output_sd"));
-    for (const double sd : member.output_sd)
-      if (!(sd > 0.0)) throw std::out_of_range("output_sd is not > 0");
-    member.dynamics = dynamics_shape(header.inputs, header.config);
-    member.initial_state = initial_state_shape(header.inputs, header.config);
-    network_from_json(json.at("dynamics"), member.dynamics, member.parameters);
-    network_from_json(json.at("initial_state"), member.initial_state, member.parameters);
-    member.training_curve = json.at("training_curve").get<std::vector<float>>();
-    if (header.base && header.base->spread > 0.0) member.own_base = own_base_from(json.at("base"));
-    check_member_keys(json, path);
-    member.verified = json.contains("sha256");
-    if (member.verified && json.at("sha256").get<std::string>() != hash_of(deciding_part(json)))
-      throw InputError(path, 0, "/sha256",
-                       "is not that of weights and standardization: the file was changed or damaged");
-    return member;
-  });
-}
-
-void write_checkpoint(const std::string& folder, const TrainingState& state, const EnsembleHeader& header,
-                      const std::function<void()>& before_rename) {
-  const Member& member = state.member;
-  const FloatJson json{{"training_id", header.training_id},
-                       {"kernel", member.kernel},
-                       {"output_mean", exact(member.output_mean)},
-                       {"output_sd", exact(member.output_sd)},
-                       {"epochs_done", state.epochs_done},
-                       {"windows_done", state.windows_done},
-                       {"loss_sum_and_points", exact(std::array{state.loss_sum, state.points})},
-                       {"adam_steps", state.adam_steps},
-                       {"parameters", member.parameters},
-                       {"adam_m", state.adam_m},
-                       {"adam_v", state.adam_v},
-                       {"muon_momentum", state.muon_momentum},
-                       {"training_curve", member.training_curve}};
-  const std::vector<std::uint8_t> bytes = FloatJson::to_cbor(json);
-  const std::string_view body(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  io::OutputFile file(checkpoint_path(folder, member.number));
-  file.write(fmt::format("{}{}\n", kCheckpointFormat, io::sha256(body)));
-  file.write(body);
-  file.commit(before_rename);
-}
-
-std::optional<TrainingState> read_checkpoint(const std::string& folder, int number, const EnsembleHeader& header) {
-  const std::string path = checkpoint_path(folder, number);
-  std::error_code error;
-  if (!fs::exists(path, error)) return std::nullopt;
-  const std::string text = io::read_text(path);
-  if (!text.starts_with(kCheckpointFormat))
-    throw InputError(path, "not a checkpoint of this version; without --resume the member begins anew");
-  const std::size_t hash = kCheckpointFormat.size(), line_end = std::min(text.size(), text.find('\n'));
-  const std::string_view body = std::string_view(text).substr(std::min(text.size(), line_end + 1));
-  if (text.substr(hash, line_end - hash) != io::sha256(body))
-    throw InputError(path, "is damaged: its hash is not that of its contents; without --resume the member begins anew");
-  return checked(path, [&] {
-    io::check_cbor<FloatJson>(body, path);
-    const FloatJson json = FloatJson::from_cbor(body);
-    check_training_id(path, json.at("training_id").get<std::string>(), header);
-    TrainingState state;
-    state.member.number = number;
-    state.member.kernel = json.at("kernel").get<std::string>();
-    state.member.output_mean = exact_from(json.at("output_mean"));
-    state.member.output_sd = exact_from(json.at("output_sd"));
-    state.member.dynamics = dynamics_shape(header.inputs, header.config);
-    state.member.initial_state = initial_state_shape(header.inputs, header.config);
-    state.epochs_done = static_cast<int>(whole_from(json.at("epochs_done")));
-    state.windows_done = static_cast<std::size_t>(whole_from(json.at("windows_done")));
-    const std::array<double, 2> sums = exact_from<2>(json.at("loss_sum_and_points"));
-    state.loss_sum = sums[0];
-    state.points = sums[1];
-    state.adam_steps = whole_from(json.at("adam_steps"));
-    state.member.parameters = floats_from(json.at("parameters"));
-    state.adam_m = floats_from(json.at("adam_m"));
-    state.adam_v = floats_from(json.at("adam_v"));
-    state.muon_momentum = floats_from(json.at("muon_momentum"));
-    state.member.training_curve = json.at("training_curve").get<std::vector<float>>();
-    const std::size_t n = nn::parameter_count(state.member.dynamics) + nn::parameter_count(state.member.initial_state);
-    const std::size_t muon = header.config.optimizer == Optimizer::muon
-                                 ? Muon({state.member.dynamics, state.member.initial_state}).size()
-                                 : 0;
-    if (state.member.parameters.size() != n || state.adam_m.size() != n || state.adam_v.size() != n ||
-        state.muon_momentum.size() != muon)
-      throw std::out_of_range("number of parameters");
-    return std::optional<TrainingState>(std::move(state));
-  });
-}
-
-void remove_checkpoint(const std::string& folder, int number) {
-  std::error_code error;
-  fs::remove(checkpoint_path(folder, number), error);
 }
 
 }  // namespace leeway::ensemble

@@ -44,6 +44,8 @@ bool is_model_file(const std::string& path);
 
 /// <folder>/base-ship.json.
 std::string base_path(const std::string& folder);
+/// Whether that file is the header's; also where there is no base.
+bool has_base_file(const std::string& folder, const EnsembleHeader& header);
 /// The base model of the ensemble in the folder, or nothing. Throws InputError where the file is not the one that the
 /// members were trained with.
 std::shared_ptr<const BaseModel> read_base(const std::string& folder, const EnsembleHeader& header);

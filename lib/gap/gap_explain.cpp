@@ -40,15 +40,6 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   return found;
 }
 
-// What was found of sensors and conventions.
-SensorsFound sensors_found(const Findings& findings) {
-  SensorsFound found;
-  found.count = findings.conventions.contradicted.size() + findings.audit.faults.size();
-  if (!findings.conventions.contradicted.empty()) found.p_value = 0.0;
-  for (const Fault& fault : findings.audit.faults) found.p_value = std::min(found.p_value, fault.p_value);
-  return found;
-}
-
 // The verdict, and what is claimed.
 void decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
                         const Selection& selection, double false_alarm, double L_pp) {
@@ -60,7 +51,8 @@ void decide_explanation(Explanation& explanation, const Findings& findings, cons
   explanation.left_p_value = selection.left_p_value;
   explanation.is_complete = decision.is_complete;
   const std::vector<std::string> fitted = comparison.all()[selection.chosen].hypothesis.names();
-  if (decision.claims_names) explanation.chosen = fitted;
+  if (decision.claims_sensors) explanation.chosen = sensors_claimed(findings);
+  if (decision.claims_names) explanation.chosen.insert(explanation.chosen.end(), fitted.begin(), fitted.end());
   if (!decision.claims_unknown) return;
   explanation.chosen.push_back(name_of_terms());
   if (!has_terms(fitted)) add_unknown(explanation, fitted, selection.left_p_value);  // with terms it is there already

@@ -71,7 +71,15 @@ ResultFolder::ResultFolder(const std::string& folder, const std::string& index, 
       index_(path(index)),
       unfinished_(index_ + kUnfinished),
       planned_(parts.begin(), parts.end()),
-      generation_(generation.empty() ? "" : sha256(generation)) {}
+      generation_(generation.empty() ? "" : sha256(generation)) {
+  // The index names its parts in JSON.
+  for (const std::string& name : parts) try {
+      static_cast<void>(Json(name).dump());
+    } catch (const Json::exception&) {
+      throw UsageError(fmt::format("'{}': a result cannot have this name, since it is not UTF-8; rename the recording",
+                                   Json(name).dump(-1, ' ', true, Json::error_handler_t::replace)));
+    }
+}
 
 ResultFolder::~ResultFolder() {
   if (lock_ >= 0) ::close(lock_);

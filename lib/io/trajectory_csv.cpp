@@ -222,6 +222,10 @@ Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool 
     if (std::abs(time.back()) > kFarthestTime_s)
       throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[of.time]),
                        fmt::format("expected seconds within +-{} (3,000 years), got {}", kFarthestTime_s, time.back()));
+    if (time.size() > 1 && time.back() > time[time.size() - 2] && time.back() - time[time.size() - 2] < kSameTime_s)
+      throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[of.time]),
+                       fmt::format("time must increase by {} s at least, but {} s follows {} s", kSameTime_s,
+                                   time.back(), time[time.size() - 2]));
     if (time.size() > 1 && !(time.back() > time[time.size() - 2]))
       throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[of.time]),
                        fmt::format("time must increase, but {} s follows {} s", time.back(), time[time.size() - 2]));

@@ -7,11 +7,10 @@
 #include <vector>
 
 #include "core/types.hpp"
+#include "core/units.hpp"
 #include "metrics/honest_distance.hpp"
 
 namespace leeway {
-
-inline constexpr double kSameTime_s = 1e-6;  ///< times that lie closer are one [s]
 
 /// Running mean and covariance of the particles at one step, by Welford's update relative to the first particle: no
 /// difference of large sums, so that a covariance without full rank shows as one even where the spread is a

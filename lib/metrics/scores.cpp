@@ -193,7 +193,8 @@ RecordingScores score(const PredictedRecording& prediction, const Trajectory& tr
       point.position_sd = std::sqrt(step.moments.position_variance());
       point.truth = there.nu;
       const Vec3<double> error = there.nu - point.mean;
-      if (!error.hasNaN()) {
+      point.has_truth = !there.nu.hasNaN();
+      if (point.has_truth) {
         point.squared_eucl = error.squaredNorm();
         const Eigen::Matrix3d with_noise = Sigma + Eigen::Matrix3d(noise.cwiseAbs2().asDiagonal());
         if (const auto maha = squared_mahalanobis(error, with_noise)) {
@@ -237,10 +238,9 @@ Scores summarize(const std::string& name, std::span<const RecordingScores> recor
     against.emplace(io::word(recording.against));
     initial_states.insert(recording.initial_state);
     for (const PointScore& point : recording.points) {
-      const bool has_truth = !std::isnan(point.squared_eucl);
-      if (has_truth) fit.add(point.fit);
+      if (point.has_truth) fit.add(point.fit);
       if (point.step == 0) continue;
-      if (!has_truth) {
+      if (!point.has_truth) {
         ++s.missing_truth;
         continue;
       }

@@ -46,6 +46,7 @@ std::optional<double> squared_mahalanobis(const Vec3<double>& error, const Eigen
 /// One step of one sequence against the truth. Everything that compares is NaN where the truth is missing.
 struct PointScore {
   std::size_t sequence = 0, step = 0;
+  bool has_truth = false;
   double t_s = 0.0;
   Vec3<double> mean = Vec3<double>::Zero(), sd = mean, truth = mean;  ///< (u, v_m [m/s], r [rad/s])
   double squared_eucl = kMissing;                                     ///< |truth - mean|^2 [(m/s)^2 + (rad/s)^2]

@@ -130,8 +130,8 @@ std::string jump_text(const Trajectory& trajectory);
 struct TimeSpan {
   double from_s = 0.0, to_s = 0.0;
 };
-/// No recording goes on after so long a pause: its clock was set. Our choice, 115 days.
-inline constexpr double kLongestPause_s = 1e7;
+/// What is made per second of a recording is not made of so long a pause [s]: our choice, a day.
+inline constexpr double kLongestPause_s = 86400.0;
 /// A recording's time without pauses beyond kLongestPause_s, so that what is made per second of a recording is not made
 /// of these; mostly one span. None for an empty recording.
 std::vector<TimeSpan> spans_between_jumps(const Trajectory& trajectory);

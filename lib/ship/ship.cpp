@@ -94,13 +94,18 @@ Ship::JointUncertainty read_joint_uncertainty(const JsonObject& json) {
     json.fail("matrix", fmt::format("expected a row for each of the {} names, and at least one", n));
   joint.matrix.resize(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const io::Json row{{"row", rows[static_cast<std::size_t>(i)]}};
-    const std::vector<double> numbers =
-        JsonObject(row, json.file(), json.pointer(fmt::format("matrix/{}", i))).numbers("row", joint.names.size());
-    for (Eigen::Index j = 0; j < n; ++j) joint.matrix(i, j) = numbers[static_cast<std::size_t>(j)];
+    const io::Json& row = rows[static_cast<std::size_t>(i)];
+    const auto is_number = [](const io::Json& x) { return x.is_number() && std::isfinite(x.get<double>()); };
+    if (!row.is_array() || static_cast<Eigen::Index>(row.size()) != n || !std::ranges::all_of(row, is_number))
+      json.fail(fmt::format("matrix/{}", i), fmt::format("expected {} numbers", n));
+    for (Eigen::Index j = 0; j < n; ++j) joint.matrix(i, j) = row[static_cast<std::size_t>(j)].get<double>();
   }
   const double scale = joint.matrix.cwiseAbs().maxCoeff();
-  if (!(joint.matrix.diagonal().minCoeff() > 0.0)) json.fail("matrix", "expected variances > 0 on the diagonal");
+  const double least = kLogSdRange.low * kLogSdRange.low, most = kLogSdRange.high * kLogSdRange.high;
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (!(joint.matrix(i, i) >= least && joint.matrix(i, i) <= most))
+      json.fail(fmt::format("matrix/{}/{}", i, i),
+                fmt::format("expected a variance from {:g} to {:g}, got {}", least, most, joint.matrix(i, i)));
   if (!joint.matrix.isApprox(joint.matrix.transpose(), 1e-9)) json.fail("matrix", "expected a symmetric matrix");
   if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(joint.matrix).eigenvalues().minCoeff() < -1e-9 * scale)
     json.fail("matrix", "is no covariance: it gives a negative variance in some direction");
@@ -228,18 +233,26 @@ Ship read_ship(const std::string& name_or_path) {
   read_actuators(json, ship);
   if (json.has("effects"))
     for (const JsonObject& effect : json.objects("effects")) ship.effects.push_back(parse_effect(effect));
-  if (const auto factors = json.object_if("coefficient_factors"))
+  if (const auto factors = json.object_if("coefficient_factors")) {
     for (const std::string& name : factors->keys())
-      if (name != "source") ship.coefficient_factors.push_back({name, factors->number(name, {0.01, 100.0})});
+      if (name == "source")
+        factors->text(name);
+      else
+        ship.coefficient_factors.push_back({name, factors->number(name, kFactorRange)});
+  }
   if (const auto network = json.object_if("residual_network")) {
     ship.residual_network = std::make_shared<const ResidualNetwork>(residual_network_from(*network));
     for (const Channel channel : ship.residual_network->actuators)
       if (ship.find_actuator(channel) == nullptr)
         network->fail("inputs", fmt::format("the ship has no actuator '{}'", info(channel).name));
   }
-  if (const auto uncertainty = json.object_if("uncertainty"))
+  if (const auto uncertainty = json.object_if("uncertainty")) {
     for (const std::string& name : uncertainty->keys())
-      if (name != "source") ship.uncertainty.push_back({name, uncertainty->number(name, {1e-4, 3.0})});
+      if (name == "source")
+        uncertainty->text(name);
+      else
+        ship.uncertainty.push_back({name, uncertainty->number(name, kLogSdRange)});
+  }
   if (const auto covariance = json.object_if("coefficient_covariance"))
     ship.coefficient_covariance = read_joint_uncertainty(*covariance);
   const auto* propeller =

@@ -8,6 +8,7 @@
 
 #include "forces/actuators.hpp"
 #include "forces/registry.hpp"
+#include "io/json.hpp"
 #include "ship/residual_network.hpp"
 
 namespace leeway {
@@ -18,6 +19,9 @@ struct EffectEntry {
   std::vector<std::pair<std::string, std::optional<double>>> parameters;  ///< null: nothing
   std::string file, pointer;                                              ///< where it stands, for messages
 };
+
+/// What a file may state: of a coefficient's factor, and of the standard deviation of its logarithm.
+inline constexpr io::Bounds kFactorRange{0.01, 100.0}, kLogSdRange{1e-4, 3.0};
 
 /// What a coefficient, or a group of them, is multiplied by; dynamics/coefficient_factors.hpp knows the names.
 struct CoefficientFactor {

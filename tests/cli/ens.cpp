@@ -499,11 +499,17 @@ TEST_CASE("ens-train --base-spread: members with ships of their own, in any orde
                              std::filesystem::copy_options::overwrite_existing);
   check_refused(folder, "ens-predict one" + predict, 3, "member-03.ship.json: is not the ship that member 3");
 
+  // A ship that was lost or changed is drawn as it was where the training is gone on with.
+  done(folder, "rm one/member-01.ship.json");
+  done(folder, train + "auto -o one --resume");
+  CHECK(files_of(folder / "one") == files_of(folder / "single"));
+
   done(folder, train + "0 -o same");
   done(folder, kTrain + "tiny.json --base vectwin-3m -o plain");
   CHECK(files_of(folder / "same").at("member-00.json") == files_of(folder / "plain").at("member-00.json"));
-  check_refused(folder, train + "1.5 -o one --resume", 2, "one holds an ensemble of another base");
+  check_refused(folder, train + "1.5 -o one --resume", 2, "one holds an ensemble of another base: 'vectwin-3m' (");
   check_refused(folder, train + "-1 -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got '-1'");
+  check_refused(folder, train + "'' -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got ''");
   check_refused(folder, train + "wide -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got 'wide'");
   check_refused(folder, kTrain + "tiny.json --base-spread 1 -o bad", 2, "--base-spread needs --base");
 }

@@ -78,7 +78,19 @@ TEST_CASE("eval-metrics: numbers that overflow are missing, never inf", "[cli][e
     for (const std::string before : {",", " "})
       for (const std::string number : {"inf", "-inf", "nan"}) CHECK(text.find(before + number) == std::string::npos);
   }
-  CHECK_THAT(io::read_text(folder / "steps.csv"), Contains("rec,0,1,1,1,0,0,0,0,0,1e+308,0,0,,0,,\n"));
+  CHECK_THAT(io::read_text(folder / "steps.csv"), Contains("rec,0,1,1,1,0,0,0,0,0,1e+308,0,0,,0,,,,,,1e+308,0,0,"));
+}
+
+TEST_CASE("errors: a result whose file would have a name that is not UTF-8 is refused", "[cli][errors]") {
+  const TemporaryFolder folder;
+  folder.write("rec.csv", kHeader + "0,1,0,0,0\n1,1,0,0,0\n2,1,0,0,0\n");
+  std::filesystem::copy_file(folder / "rec.csv", folder /
+                                                     "b\xff"
+                                                     "d.csv");
+  const Outcome outcome = run(folder, "ens-predict --baseline hold --steps 2 b*d.csv -o out");
+  CAPTURE(outcome.err);
+  CHECK(outcome.exit_code == 2);
+  CHECK_THAT(outcome.err, Contains("a result cannot have this name, since it is not UTF-8"));
 }
 
 TEST_CASE("errors: a seed is read as a whole number of 64 bits, or refused", "[cli][errors]") {

@@ -24,16 +24,16 @@ TEST_CASE("ens-predict: a model directory that was tampered with ends with 3", "
   refused("ensemble.json", "\"members\": [", "\"members\": [], \"was\": [", ": /members: expected at least one member");
   refused("ensemble.json", "delta_p_deg", "delta_q_deg",
           ": /training/actuators: unknown actuator column 'delta_q_deg'");
-  refused("member-00.json", "\"bias\":[", "\"bias\":[0.5,", ": does not fit the ensemble: rows of layer 0");
-  refused("member-00.json", "\"output_sd\":[\"", "\"output_sd\":[\"-", ": does not fit the ensemble: output_sd");
-  refused("member-00.json", "\"dynamics\":", "\"dynamic\":", ": not a member file of this version");
+  refused("member-00.json", "\"bias\":[", "\"bias\":[0.5,", ": /dynamics/0/bias: expected an array of");
+  refused("member-00.json", "\"output_sd\":[\"", "\"output_sd\":[\"-", ": /output_sd: expected numbers > 0");
+  refused("member-00.json", "\"dynamics\":", "\"dynamic\":", ": /dynamics: is missing");
   refused("member-00.json", "}\n", "", ":1:");
   // What decides a prediction or a verdict, and was changed.
   refused("ensemble.json", "\"sd\": ", "\"sd\": 1", ": /training_id: is not the SHA-256 of /training");
   refused("ensemble.json", "\"time_step_s\": 1.0", "\"time_step_s\": 1.5", ": /training_id: is not the SHA-256");
   refused("ensemble.json", "\"high\": ", "\"high\": 7", ": /sha256: is not that of /training_id and /domain");
   refused("ensemble.json", "\"member-02.json\"", "\"member-12.json\"", ": /members/2: expected \"member-02.json\"");
-  refused("member-00.json", "\"member\":0", "\"member\":1", ": does not fit the ensemble: it is member 1");
+  refused("member-00.json", "\"member\":0", "\"member\":1", ": /member: expected 0, got 1");
   for (const std::string number : {"\"weights\":[[", "\"bias\":[", "\"output_mean\":[\"", "\"output_sd\":[\""}) {
     CAPTURE(number);
     const std::string text = io::read_text(folder / "model/member-00.json");
@@ -51,17 +51,41 @@ TEST_CASE("ens-predict: a model directory that was tampered with ends with 3", "
   refused("member-00.json", "leeway member 1", "leeway member 0", ": /format: expected \"leeway member 1\"");
 }
 
-TEST_CASE("ens-predict: members of an earlier version, which have no hash, are used with a warning", "[cli][ens]") {
+TEST_CASE("ens-predict: model files without a hash are refused", "[cli][ens]") {
   const TemporaryFolder folder;
   prepare_model(folder);
-  const std::string predict = "ens-predict model 'data/dataset.json#test' --particles 2";
-  const Outcome with = done(folder, predict);
-  done(folder, R"(sed -i 's/,"sha256":"[0-9a-f]*"//' model/member-0*.json && sed -i '/^  "sha256"/d; s/^  },$/  },/' )"
-               "model/ensemble.json && python3 -c \"import re; p = 'model/ensemble.json'; t = open(p).read(); "
-               "open(p, 'w').write(re.sub(r',\\s*}\\s*$', '}', t))\"");
-  const Outcome without = done(folder, predict);
-  CHECK(without.out == with.out);
-  CHECK_THAT(without.err, Contains("warning: members of an earlier version have no hash"));
+  const std::string predict = "ens-predict model 'data/dataset.json#test' --particles 2 -o -";
+  done(folder, "cp -r model whole");
+  done(folder, R"(sed -i 's/,"sha256":"[0-9a-f]*"//' model/member-00.json)");
+  check_refused(folder, predict, 3, "member-00.json: /sha256: is missing");
+  done(folder,
+       "rm -r model && cp -r whole model && python3 -c \"import json; p = 'model/ensemble.json'; "
+       "j = json.load(open(p)); del j['sha256']; json.dump(j, open(p, 'w'))\"");
+  check_refused(folder, predict, 3, "ensemble.json: /sha256: missing, expected a text");
+}
+
+TEST_CASE("ens-predict: a member's file that lacks or garbles a value is refused with its place", "[cli][ens]") {
+  const TemporaryFolder folder;
+  prepare_model(folder);
+  done(folder, "cp -r model whole");
+  const auto refused = [&](const std::string& change, const std::string& message) {
+    CAPTURE(change);
+    done(folder,
+         "rm -r model && cp -r whole model && python3 -c \"import json; p = 'model/member-00.json'; "
+         "j = json.load(open(p)); " +
+             change + "; json.dump(j, open(p, 'w'))\"");
+    check_refused(folder, "ens-predict model 'data/dataset.json#test' --particles 2 -o -", 3,
+                  "member-00.json: " + message);
+  };
+  refused("del j['kernel']", "/kernel: is missing");
+  refused("del j['dynamics']", "/dynamics: is missing");
+  refused("j['format'] = None", "/format: type must be string, but is null");
+  refused("j['output_mean'][1] = None", "/output_mean: type must be string, but is null");
+  refused("j['output_sd'][2] = '0'", "/output_sd: expected numbers > 0");
+  refused("j['dynamics'][0]['weights'][1][0] = 'x'", "/dynamics/0/weights/1: type must be number, but is string");
+  refused("j['dynamics'][0]['bias'].pop()", "/dynamics/0/bias: expected an array of");
+  refused("j['initial_state'] = {}", "/initial_state: expected an array of");
+  refused("j['member'] = 1", "/member: expected 0, got 1");
 }
 
 TEST_CASE("ens-train: a training that diverges, be it in its last step, ends with 1 and saves nothing", "[cli][ens]") {

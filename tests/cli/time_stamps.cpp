@@ -107,6 +107,42 @@ TEST_CASE("time: a clock that jumps is named, and no grid spans the jump", "[cli
   }
 }
 
+TEST_CASE("time: samples at one time are refused by every reader, with their line", "[cli][errors]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  const std::string good = io::read_text(folder / "rec.csv");
+  for (const std::string time : {"29.000000000001", "29.000000001"}) {
+    folder.write("rec.csv", with_times(good, [&](int row, const std::string& t) { return row == 30 ? time : t; }));
+    for (const std::string command :
+         {"mmg-sim replay --ship vectwin-3m rec.csv -o -", "ens-train rec.csv --config tiny.json -o out",
+          "ens-predict model rec.csv --steps 10 -o -", "gap-locate --ship vectwin-3m rec.csv -o out",
+          "gap-explain --ship vectwin-3m rec.csv -o out"})
+      check_refused(folder, command, 3,
+                    "rec.csv:32: column 't_s': time must increase by 1e-06 s at least, but " + time);
+  }
+}
+
+TEST_CASE("time: what is made per second of a recording is not made of a long pause", "[cli][errors]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  const std::string good = io::read_text(folder / "rec.csv");
+  folder.write("rec.csv", with_times(good, [](int row, const std::string& t) {
+                 return row < 30 ? t : fmt::format("{}", 1000000 + row);
+               }));
+  const Outcome outcome = run(folder, kBounded + "gap-locate --ship vectwin-3m rec.csv --quiet -o out");
+  CAPTURE(outcome.err);
+  CHECK(outcome.exit_code == 0);
+  // Microseconds: a replay of years.
+  folder.write("rec.csv", with_times(good, [](int row, const std::string&) { return fmt::format("{}e4", 5 * row); }));
+  check_refused(folder, "mmg-sim replay --ship vectwin-3m rec.csv --sample-s 0.1 --dt-s 0.1 -o -", 3,
+                "is it in seconds?");
+  check_refused(folder, "mmg-sim replay --ship vectwin-3m rec.csv --prediction --restart-steps 40 -o -", 3,
+                "sampled every 50000 s");
+  folder.write("rec.csv", good);
+  check_refused(folder, "mmg-sim replay --ship vectwin-3m rec.csv --prediction --restart-steps 400 -o -", 3,
+                "no recording holds 400 points 1 s apart without a gap");
+}
+
 TEST_CASE("time: a clock in another unit than seconds is not driven by", "[cli][errors]") {
   const TemporaryFolder folder;
   prepare(folder);

@@ -97,7 +97,8 @@ TEST_CASE("coefficient law: what is no law is refused with its place", "[dynamic
   refused(joint(two, {{1, 0}, {0}}), "/coefficient_covariance/matrix/1");
   refused(joint(two, {{1, 0.5}, {0.4, 1}}), "expected a symmetric matrix");
   refused(joint(two, {{1, 2}, {2, 1}}), "is no covariance");
-  refused(joint(two, {{1, 0}, {0, 0}}), "expected variances > 0");
+  refused(joint(two, {{1, 0}, {0, 0}}),
+          "/coefficient_covariance/matrix/1/1: expected a variance from 1e-08 to 9, got 0");
   refused(joint({"hull.Y_v", "actuators.timing"}, {{1, 0}, {0, 1}}), "names/1: is no coefficient");
 }
 
@@ -122,6 +123,22 @@ TEST_CASE("ship draws: each is the same whichever others are drawn, and its file
   const Vec3<double> from_file = Model<double>(read).acceleration(nu, actuators, wind);
   CHECK(from_file == Model<double>(second.ship).acceleration(nu, actuators, wind));
   CHECK(from_file != Model<double>(ship).acceleration(nu, actuators, wind));
+}
+
+TEST_CASE("ship draws: one whose factors no ship's file may have is drawn anew", "[dynamics][law]") {
+  const Ship ship = read_ship("vectwin-3m");
+  const ShipDraws draws(ship, 5.0, 1);
+  int refused = 0;
+  for (int i = 0; i < 80; ++i) {
+    const ShipDraw draw = draws.draw(i);
+    refused += draw.refused;
+    for (const CoefficientFactor& by : draw.factors) {
+      CAPTURE(i, by.name);
+      CHECK(by.factor >= 0.01);
+      CHECK(by.factor <= 100.0);
+    }
+  }
+  CHECK(refused > 0);
 }
 
 TEST_CASE("ship draws: one that is too slow, or never turns steadily, is drawn anew", "[dynamics][law]") {

@@ -120,6 +120,7 @@ inline gap::Explanation current_explanation(const Names& names = {}) {
                          .confusable_with = {},
                          .separating_maneuver = "",
                          .sentence = "Nothing is missing."};
+  current.is_chosen = true;
   e.hypotheses = {current, wind, nothing};
   e.chosen = {"steady-current"};
   e.effects = {{"steady-current", {{"current_speed_mps", 0.0999}, {"current_set_deg", -89.78}}, "", ""}};

@@ -21,7 +21,7 @@ inline gap::Findings mismatch_findings(std::size_t points = 400) {
       {"delta", "port-positive", "delta_deg read as positive to port fits far worse", -1830.0, 2.7}};
   f.conventions.unchecked = {"i_bt: no recording has it"};
 
-  f.audit.verdict = gap::Audit::Verdict::faulty;
+  f.audit.is_checked = true;
   const gap::Fault bias{
       "heading-bias", {{"heading_bias_deg", 2.97, 0.21}},
       14.2,           2.6,
@@ -143,7 +143,7 @@ inline gap::Findings agreement_findings() {
   f.verdict = gap::Verdict::no_mismatch;
   f.corrected = false;
   f.audit = {};
-  f.audit.verdict = gap::Audit::Verdict::consistent;
+  f.audit.is_checked = true;
   f.conventions = {};
   f.fit.parameters = {{"hull.Y_v", 1.04, 0.09, 0.15, std::log(1.04) / 0.15}};
   f.detection = {};

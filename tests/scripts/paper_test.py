@@ -30,7 +30,7 @@ class PaperTest(unittest.TestCase):
 
     def scores(self, name, **values):
         """A metrics file; a value is one for all sets or one for each."""
-        entries = [{"name": data, "coverage": {"0.5": 0.1, "0.9": 0.2, "0.99": 0.3},
+        entries = [{"name": data, "coverage": {"50": 0.1, "90": 0.2, "99": 0.3},
                     **{key: value[i] if isinstance(value, tuple) else value for key, value in values.items()}} for i, data in enumerate(SETS)]
         self.write(f"{name}.json", {"datasets": entries})
 

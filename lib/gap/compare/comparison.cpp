@@ -22,24 +22,6 @@
 namespace leeway::gap {
 namespace {
 
-template <typename Value>
-std::vector<Value> at(const std::vector<Value>& all, const std::vector<std::size_t>& places) {
-  std::vector<Value> some;
-  for (const std::size_t place : places) some.push_back(all[place]);
-  return some;
-}
-
-Campaign of_stretches(Campaign campaign, const std::vector<std::size_t>& places) {
-  campaign.stretches = at(campaign.stretches, places);
-  return campaign;
-}
-FittedNull of_stretches(FittedNull fit, const std::vector<std::size_t>& places) {
-  fit.stretches = at(fit.stretches, places);
-  fit.smoothed = at(fit.smoothed, places);
-  fit.event_scale = at(fit.event_scale, places);
-  return fit;
-}
-
 // The start of what was added to a fit from where it is nothing; none where that is infinitely far.
 std::optional<Start> at_neutral(const Fitted& from, const Start& added) {
   Start start{added.hypothesis, added.theta, from.log_evidence};
@@ -71,8 +53,7 @@ void sort(std::vector<Comparison::ExpectedGain>& expected_gains) {
 }  // namespace
 
 Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const ComparisonOptions& options)
-    : campaign_(campaign), options_(options), sample_places_(sample_of(null.stretches, kPolicy.compare.few_points)) {
-  if (!is_own_sample()) sample_ = of_stretches(campaign, sample_places_);
+    : campaign_(campaign), options_(options) {
   fit_options_.jobs = options.jobs;
   fit_options_.most_iterations = static_cast<int>(kPolicy.compare.refit_iterations);
   // Gone on with as the others will be, so that none gains by a few steps more.
@@ -163,10 +144,9 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains_of_places(std::
       for (Candidate& candidate : candidates_of(effect, campaign_.ship, {choice}))
         candidates.push_back(std::move(candidate));
     if (candidates.empty()) continue;
-    // What fenders and lines that go taut do are events. There are many places of what acts always.
+    // What fenders and lines that go taut do are events.
     ScreenOptions screen_options{options_.jobs};
     screen_options.knows_events = info.search == SearchStart::wall || !acts_at_times;
-    if (info.search != SearchStart::contact) screen_options.most_points = kPolicy.compare.few_points;
     const EffectScreen screen = screen_of(campaign_, all_[from], candidates, screen_options);
     result.push_back({effect, {}, 0.0});
     ExpectedGain& expected = result.back();
@@ -273,43 +253,19 @@ double Comparison::climb(const Campaign& campaign, Fitted& fitted, const Restart
   return fitted.log_evidence - before;
 }
 
-std::optional<Fitted> Comparison::in_sample(const Fitted& fitted) const {
-  Fitted result = fitted;
-  result.fit = of_stretches(fitted.fit, sample_places_);
-  try {
-    result.fit = fit_with(sample_, result.fit, result.hypothesis, result.fit.theta, fit_options_);
-  } catch (const NumericalError&) {
-    return std::nullopt;
-  }
-  result.log_evidence = gap::log_evidence(result.fit);
-  return result;
-}
-
 bool Comparison::continue_fit(Fitted& fitted) {
   const double before = fitted.log_evidence = gap::log_evidence(fitted.fit);
   climb(campaign_, fitted, {});
   // Also from far below: where an effect has taken most of the model error away, its levels may have stopped halfway;
   // and the coefficients far from what is stated, if they stood in for it.
-  std::optional<Fitted> of_sample;  // the best fit of the sample so far, which the next restart has to exceed
-  if (!is_own_sample()) of_sample = in_sample(fitted);
-  for (const Restart& restart : {Restart{kPolicy.compare.far_below, false}, Restart{kPolicy.compare.far_below, true}}) {
-    if (is_own_sample()) {
-      climb(campaign_, fitted, restart);
-      continue;
-    }
-    if (!of_sample || climb(sample_, *of_sample, restart) < kPolicy.compare.converged_gain) continue;
-    Fitted anew = fitted;
-    anew.fit.noise = of_sample->fit.noise;
-    anew.fit.theta = of_sample->fit.theta;
-    climb(campaign_, anew, {});
-    if (anew.log_evidence > fitted.log_evidence) fitted = std::move(anew);
-  }
+  for (const Restart& restart : {Restart{kPolicy.compare.far_below, false}, Restart{kPolicy.compare.far_below, true}})
+    climb(campaign_, fitted, restart);
   return fitted.log_evidence > before + kPolicy.compare.converged_gain;
 }
 
 // Nothing missing, fitted from the noise, events and coefficients of another fit of the same campaign; nothing where
 // that is no better optimum.
-std::optional<Fitted> Comparison::better_none(const Campaign& campaign, Fitted none, const Fitted& other) const {
+std::optional<Fitted> Comparison::better_none(Fitted none, const Fitted& other) const {
   const double before = none.log_evidence;
   none.fit.noise = other.fit.noise;
   none.fit.event_scale = other.fit.event_scale;
@@ -318,23 +274,17 @@ std::optional<Fitted> Comparison::better_none(const Campaign& campaign, Fitted n
   theta.head(coefficients) = other.fit.theta.head(coefficients);
   theta[coefficients] = other.fit.theta[other.fit.theta.size() - 1];
   try {
-    none.fit = fit_with(campaign, none.fit, none.hypothesis, theta, fit_options_);
+    none.fit = fit_with(campaign_, none.fit, none.hypothesis, theta, fit_options_);
   } catch (const NumericalError&) {
     return std::nullopt;
   }
-  choose_tolerance(campaign, none);
+  choose_tolerance(campaign_, none);
   if (none.log_evidence < before + kPolicy.compare.better_optimum) return std::nullopt;
   return none;
 }
 
 bool Comparison::refit_none(std::size_t from) {
-  if (!is_own_sample()) {
-    const std::optional<Fitted> none = in_sample(all_.front());
-    Fitted other = all_[from];  // from which the search begins alone
-    other.fit = of_stretches(other.fit, sample_places_);
-    if (!none || !better_none(sample_, *none, other)) return false;
-  }
-  std::optional<Fitted> none = better_none(campaign_, all_.front(), all_[from]);
+  std::optional<Fitted> none = better_none(all_.front(), all_[from]);
   if (!none) return false;
   all_.clear();
   screened_.clear();

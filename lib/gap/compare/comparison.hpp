@@ -66,8 +66,8 @@ class Comparison {
   std::vector<double> probabilities() const { return gap::probabilities(all_, screened_, campaign_.ship); }
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
   /// is more than nothing.
-  ///   p_value  of something being left beside `than`: where it is tiny, one standard error is enough; where
-  ///            the evidence for a name is strong, none is needed
+  ///   is_surely_left  whether something is left beside `than`: then one standard error is enough; where the
+  ///                   evidence for a name is strong, none is needed
   bool holds(std::size_t better, std::size_t than, bool is_surely_left) const;
 
  private:
@@ -82,17 +82,12 @@ class Comparison {
     bool as_stated = false;    // the coefficients
   };
   double climb(const Campaign& campaign, Fitted& fitted, const Restart& restart) const;
-  std::optional<Fitted> better_none(const Campaign& campaign, Fitted none, const Fitted& other) const;
-  // Whether another optimum is worth the way is seen on a sample of stretches: of few_points in all, or of all.
-  bool is_own_sample() const { return sample_places_.size() == campaign_.stretches.size(); }
-  std::optional<Fitted> in_sample(const Fitted& fitted) const;
+  std::optional<Fitted> better_none(Fitted none, const Fitted& other) const;
   void judge(Fitted& fitted) const;
 
   const Campaign& campaign_;
   const ComparisonOptions options_;
   FitOptions fit_options_;
-  std::vector<std::size_t> sample_places_;
-  Campaign sample_;  // empty where the campaign is its own sample
   Blocks blocks_;
   std::vector<Fitted> all_;
   std::vector<std::vector<std::size_t>> folds_;

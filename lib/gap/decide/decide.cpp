@@ -70,6 +70,7 @@ Decision decide(const Found& found, const Policy& policy) {
   if (found.hypotheses) decide_hypotheses(*found.hypotheses, found.false_alarm, policy, decision);
   if (found.sensors.count > 0) {
     decision.verdict = Verdict::mismatch;
+    decision.claims_sensors = true;
     decision.p_value = std::min(decision.p_value, found.sensors.p_value);
   }
   return decision;

@@ -44,6 +44,7 @@ struct Decision {
   Verdict verdict = Verdict::undecided;
   double p_value = 1.0;  ///< of all families of tests; with a name, at most what its odds let it be
   Reason reason = Reason::nothing_left;
+  bool claims_sensors = false;  ///< whether faults of sensors and contradicted conventions are
   bool claims_names = false;    ///< whether the effects of the chosen hypothesis are claimed
   bool claims_unknown = false;  ///< whether `unknown` stands beside them, or alone
   bool is_complete = true;      ///< whether nothing significant is left beside what was chosen

@@ -19,6 +19,24 @@ bool errs_grossly(const NullFit& fit, const Policy& policy) {
   return errs_grossly(far_parameters(fit, policy), error_share(fit, policy), policy);
 }
 
+std::vector<std::string> sensors_claimed(const Findings& findings) {
+  std::vector<std::string> names;
+  const auto add = [&](const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.insert(names.begin(), name);
+  };
+  if (!findings.conventions.contradicted.empty()) add("convention");
+  for (const Fault& fault : findings.audit.faults) add(fault.name);
+  return names;
+}
+
+SensorsFound sensors_found(const Findings& findings) {
+  SensorsFound found;
+  found.count = findings.conventions.contradicted.size() + findings.audit.faults.size();
+  if (!findings.conventions.contradicted.empty()) found.p_value = 0.0;
+  for (const Fault& fault : findings.audit.faults) found.p_value = std::min(found.p_value, fault.p_value);
+  return found;
+}
+
 TestsFound tests_found(const Findings& findings, double intervals_p, const Policy& policy) {
   const Detection& d = findings.detection;
   TestsFound found;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "gap/decide/decide.hpp"
 #include "gap/result/findings.hpp"
 
@@ -11,6 +14,11 @@ std::size_t far_parameters(const NullFit& fit, const Policy& policy = kPolicy);
 double error_share(const NullFit& fit, const Policy& policy = kPolicy);
 /// Whether parameters are so far off, and so much is left, that this may be another ship.
 bool errs_grossly(const NullFit& fit, const Policy& policy = kPolicy);
+
+/// What is claimed of sensors: "convention" and the names of faults, each once, the last found first.
+std::vector<std::string> sensors_claimed(const Findings& findings);
+/// The same for decide().
+SensorsFound sensors_found(const Findings& findings);
 
 /// What fit and tests found, for decide().
 ///   intervals_p  of the strongest interval, before families share the rate

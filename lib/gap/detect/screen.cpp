@@ -103,10 +103,9 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
   });
   Noise noise = from.noise;
   noise.knows_events = options.knows_events;
-  const std::vector<std::size_t> sample = sample_of(from.stretches, options.most_points);
-  std::vector<Evidence> parts(sample.size());
-  parallel_for(parts.size(), options.jobs, [&](std::size_t i) {
-    const std::size_t s = sample[i], recording = campaign.stretches[s].recording;
+  std::vector<Evidence> parts(from.stretches.size());
+  parallel_for(parts.size(), options.jobs, [&](std::size_t s) {
+    const std::size_t recording = campaign.stretches[s].recording;
     // With the known effects, and the rudders as they follow then.
     const EffectColumns columns(campaign, so_far, known, plain_theta, recording);
     const auto data = std::make_shared<Stretch>(campaign.stretches[s]);
@@ -136,16 +135,10 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
           out.col(column++).setZero();
       }
     };
-    parts[i] = evidence(linear, noise, count, more);
+    parts[s] = evidence(linear, noise, count, more);
   });
   total_ = Evidence(theta_.size() + count);
   for (const Evidence& part : parts) total_ += part;
-  double points = 0.0, sampled = 0.0;
-  for (const LinearStretch& stretch : from.stretches) points += static_cast<double>(stretch.path.size());
-  for (const std::size_t s : sample) sampled += static_cast<double>(from.stretches[s].path.size());
-  total_.log_likelihood *= points / sampled;
-  total_.b *= points / sampled;
-  total_.F *= points / sampled;
 }
 
 EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <limits>
-
 #include "gap/fit/effect_columns.hpp"
 #include "gap/fit/null_fit.hpp"
 
@@ -31,7 +29,6 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
 struct ScreenOptions {
   std::size_t jobs = 1;
   bool knows_events = true;  ///< false: what acts for a while is not taken for an event
-  std::size_t most_points = std::numeric_limits<std::size_t>::max();  ///< more: some stretches stand for all
 };
 
 /// The expected gain of candidates beside a fit, alone or together, from one linear step in closed form: all their

@@ -81,9 +81,10 @@ void describe(Regime& regime, const Centered& of, const Eigen::Vector2d& b, cons
                                   beta[0] > 0.0 ? "grows" : "falls", variable.words, percent);
   } else {
     regime.relation = "quadratic";
-    regime.sentence = fmt::format("{} residual is {} where the {} is far from {:.2g}{}, {:.0f} % of its variance",
-                                  axis_name, beta[1] > 0.0 ? "larger" : "smaller", variable.words,
-                                  of.mean * variable.per_unit, variable.unit(), percent);
+    regime.sentence =
+        fmt::format("{} residual is {} where the {} is far from {:.2g}{}, {:.0f} % of its variance", axis_name,
+                    beta[1] > 0.0 ? "larger" : "smaller", variable.words, of.mean * variable.per_unit,
+                    variable.unit.empty() ? "" : " " + variable.unit, percent);
   }
 }
 
@@ -155,7 +156,7 @@ std::vector<Regime> regimes_of(const Campaign& campaign, const FittedNull& fit,
     Regime regime;
     regime.variable = test.of->variable.name;
     regime.axis = test.axis;
-    regime.x_label = test.of->variable.label;
+    regime.x_label = test.of->variable.label();
     regime.p_value = chi_squared_survival(score.statistic, score.rank);
     regime.share = share_of(evidence, residual, test.first, 2, test.axis);
     describe(regime, *test.of, b, F, score.beta, evidence.scale.segment<2>(test.first));

@@ -309,7 +309,6 @@ struct ComparePolicy {
   double unexcited = 0.01;  ///< [nats] of evidence: an effect that changes less is not excited | origin: choice
   std::int64_t refit_iterations = 20;  ///< [iterations] of a fit with effects | origin: choice, time
   double far_below = 0.2;  ///< [-] of the model error, from which a fit is begun anew | origin: choice
-  std::size_t few_points = 10000;  ///< [points] beyond, an approximation: only a sample of about so many says whether a fit begun anew gains, and which places may act; evidence is always that of all | origin: choice, time
   std::int64_t most_continuations = 5;  ///< [fits] that continue one that has not converged | origin: choice, time
   double identifiable_share = 0.5;  ///< [-] of the sampling time: rudders that are later by less are not identifiable | origin: theory, what they do between samples is not recorded
   std::size_t most_that_differ = 8;  ///< [recordings] in which an effect may differ | origin: choice, time

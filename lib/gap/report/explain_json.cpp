@@ -60,6 +60,7 @@ Json to_json(const Explained& hypothesis) {
           {"heldout_gain_nats", number(hypothesis.heldout_gain)},
           {"heldout_gain_sd_nats", number(hypothesis.heldout_gain_sd)},
           {"converged", hypothesis.converged},
+          {"chosen", hypothesis.is_chosen},
           {"parameters", parameters},
           {"confusable_with", hypothesis.confusable_with},
           {"separating_maneuver", hypothesis.separating_maneuver},

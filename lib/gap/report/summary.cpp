@@ -272,16 +272,9 @@ std::string summary(const Explanation& explanation) {
       3);
   add_sensors(screen, findings);
   if (explanation.verdict != Verdict::no_mismatch) add_where(screen, findings);
-  const auto is_chosen = [&](const Explained& hypothesis) {
-    return !hypothesis.effects.empty() &&
-           std::all_of(hypothesis.effects.begin(), hypothesis.effects.end(), [&](const std::string& name) {
-             return std::find(explanation.chosen.begin(), explanation.chosen.end(), name) != explanation.chosen.end();
-           });
-  };
-  const Explained* what = nullptr;
-  for (const Explained& hypothesis : explanation.hypotheses)
-    if (is_chosen(hypothesis) && (what == nullptr || hypothesis.effects.size() > what->effects.size()))
-      what = &hypothesis;
+  const auto chosen = std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
+                                   [](const Explained& hypothesis) { return hypothesis.is_chosen; });
+  const Explained* what = chosen == explanation.hypotheses.end() ? nullptr : &*chosen;
   if (what != nullptr) {
     screen.item("What", fmt::format("{}, probability {:.2f}. {}", what->name, what->probability, what->sentence), 3);
     for (const ExplainedParameter& p : what->parameters)

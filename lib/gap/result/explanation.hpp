@@ -35,6 +35,7 @@ struct Explained {
   double heldout_gain = 0.0;         ///< sum over what was left out in turn [nats], against nothing missing
   double heldout_gain_sd = 0.0;      ///< its standard error
   bool converged = false;
+  bool is_chosen = false;  ///< whether it is what is claimed
   std::vector<ExplainedParameter> parameters;
   std::vector<std::string> confusable_with;   ///< names of hypotheses that the recordings do not exclude against this
   std::vector<Said> said{};                   ///< of each effect and fault

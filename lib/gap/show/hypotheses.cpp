@@ -9,6 +9,7 @@
 #include "gap/compare/current_course.hpp"
 #include "gap/compare/selection.hpp"
 #include "gap/compare/terms.hpp"
+#include "gap/decide/found.hpp"
 #include "gap/show/next_maneuver.hpp"
 
 namespace leeway::gap {
@@ -139,27 +140,36 @@ struct SensorHypothesis {
   double all_chance = 0.0;  // that one of them is none
 };
 
-SensorHypothesis sensor_hypothesis(const Findings& findings, Explanation& explanation) {
+SensorHypothesis sensor_hypothesis(const Findings& findings) {
   SensorHypothesis found;
   Explained& sensors = found.sensors;
-  const auto add = [&](const std::string& name, Said said, double p_value) {
-    if (std::find(sensors.effects.begin(), sensors.effects.end(), name) == sensors.effects.end()) {
-      explanation.chosen.insert(explanation.chosen.begin(), name);
-      sensors.effects.insert(sensors.effects.begin(), name);
-    }
+  sensors.effects = sensors_claimed(findings);
+  const auto add = [&](Said said, double p_value) {
     sensors.said.push_back(std::move(said));
     found.all_chance = 1.0 - (1.0 - found.all_chance) * (1.0 - std::clamp(p_value, 0.0, 1.0));
   };
-  for (const Reading& reading : findings.conventions.contradicted)
-    add("convention", {"convention", reading.sentence, ""}, 0.0);
+  for (const Reading& reading : findings.conventions.contradicted) add({"convention", reading.sentence, ""}, 0.0);
   for (const Fault& fault : findings.audit.faults) {
-    add(fault.name, {fault.name, fault.sentence, fault.separating_maneuver}, fault.p_value);
+    add({fault.name, fault.sentence, fault.separating_maneuver}, fault.p_value);
     sensors.log_evidence += fault.heldout_gain;
     sensors.heldout_gain += fault.heldout_gain;
     sensors.heldout_gain_sd = std::hypot(sensors.heldout_gain_sd, fault.heldout_gain_sd);
     for (const ExplainedParameter& p : estimates_of(fault)) sensors.parameters.push_back(p);
   }
   return found;
+}
+
+// The hypothesis with the most effects of those that are claimed, and no others.
+void mark_chosen(Explanation& explanation) {
+  const auto is_claimed = [&](const std::string& name) {
+    return std::find(explanation.chosen.begin(), explanation.chosen.end(), name) != explanation.chosen.end();
+  };
+  Explained* what = nullptr;
+  for (Explained& hypothesis : explanation.hypotheses)
+    if (!hypothesis.effects.empty() && std::all_of(hypothesis.effects.begin(), hypothesis.effects.end(), is_claimed) &&
+        (what == nullptr || hypothesis.effects.size() > what->effects.size()))
+      what = &hypothesis;
+  if (what != nullptr) what->is_chosen = true;
 }
 
 }  // namespace
@@ -208,7 +218,7 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
 }
 
 void add_sensors(Explanation& explanation, const Findings& findings) {
-  const auto [sensors, all_chance] = sensor_hypothesis(findings, explanation);
+  const auto [sensors, all_chance] = sensor_hypothesis(findings);
   if (sensors.effects.empty()) return;
   Explained nothing = *std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
                                     [](const Explained& hypothesis) { return hypothesis.effects.empty(); });
@@ -280,6 +290,7 @@ void sort_hypotheses(Explanation& explanation) {
     hypothesis.sentence = sentences.empty() ? "Nothing is missing." : fmt::format("{}", fmt::join(sentences, " "));
     hypothesis.separating_maneuver = fmt::format("{}", fmt::join(maneuvers, "; "));
   }
+  mark_chosen(explanation);
 }
 
 }  // namespace leeway::gap

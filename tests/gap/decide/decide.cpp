@@ -288,6 +288,8 @@ TEST_CASE("decide: a fault of a sensor is a mismatch, whatever is found of the f
     CAPTURE(is_named);
     CHECK(without.verdict == (is_named ? Verdict::mismatch : Verdict::no_mismatch));
     CHECK(with.verdict == Verdict::mismatch);
+    CHECK(with.claims_sensors);
+    CHECK_FALSE(without.claims_sensors);
     CHECK(with.p_value == std::min(without.p_value, 3e-4));
     // What is claimed of the forces stays.
     CHECK(with.claims_names == without.claims_names);

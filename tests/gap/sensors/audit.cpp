@@ -285,11 +285,11 @@ TEST_CASE("audit: without positions or heading it says what it could not check",
 
   for (Trajectory& recording : recordings) recording[Channel::psi].clear();
   const Audit without_heading = audit(recordings, {});
-  CHECK(without_heading.verdict == Audit::Verdict::unchecked);
+  CHECK(without_heading.verdict() == Audit::Verdict::unchecked);
   CHECK(has_notice(without_heading, "no heading"));
   CHECK(without_heading.faults.empty());
 
-  CHECK(audit({}, {}).verdict == Audit::Verdict::unchecked);
+  CHECK(audit({}, {}).verdict() == Audit::Verdict::unchecked);
 }
 
 TEST_CASE("audit: a current shows that the log measures through the water", "[gap][audit]") {
@@ -417,7 +417,7 @@ TEST_CASE("corrected: what was injected is corrected", "[gap][audit]") {
   SECTION("the corrected recordings pass the audit") {
     std::vector<Trajectory> recordings = recorded({.seed = 97}, vectwin(), injection);
     for (Trajectory& recording : recordings) recording = corrected(recording, faults, {});
-    CHECK(audit(recordings, {}).verdict == Audit::Verdict::consistent);
+    CHECK(audit(recordings, {}).verdict() == Audit::Verdict::consistent);
   }
 }
 

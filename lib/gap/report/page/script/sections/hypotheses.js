@@ -7,19 +7,18 @@ const hypothesesSection = ({explanation}) => {
       'Effects that were fitted to the recordings beside the ship\'s uncertain parameters, by their probability. ' +
           'Held-out gain: how much better [nats] what was left out is predicted than by the simulator as it is.');
   const shown = explanation.hypotheses.slice(0, MOST_HYPOTHESES);
-  const isChosen = (h) => h.effects.every((effect) => explanation.chosen.includes(effect));
   bars(
       part, 'probability of what may be missing',
       shown.map((h) => ({
                   label: hypothesisName(h.name),
                   value: h.probability,
-                  color: h.effects.length > 0 && isChosen(h) ? COLOR.sway : COLOR.grey,
+                  color: h.chosen ? COLOR.sway : COLOR.grey,
                   tip: `${short(h.probability)}: ${h.sentence}`,
                 })),
       {axis: 'probability', min: 0, max: 1});
   const rows = shown.flatMap(rowsOfHypothesis);
   part.append(hypothesesTable(rows));
-  priorBars(part, rows.filter(({h, p}) => p && isKnown(p.prior95?.[0]) && isChosen(h)));
+  priorBars(part, rows.filter(({h, p}) => p && isKnown(p.prior95?.[0]) && h.chosen));
 };
 
 // A row for each parameter; the first one of a hypothesis shows the hypothesis.
