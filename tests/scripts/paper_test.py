@@ -129,7 +129,7 @@ class PaperTest(unittest.TestCase):
         self.assertEqual(row("5.3", "TS1 varies less"), ("position 100%, velocities 100%", "**yes**"))
         for unit in ("gains in deg/rad", "gains in deg/deg"):
             self.assertIn("0.00 where both are large, else 1.33: -1.33 (standard error 0.00 over 2 networks)", row("5.4", "A single network", unit)[0])
-            self.assertEqual(row("5.4", "A single network", unit)[1], "in part: promises more yes; more where both are large no")
+            self.assertEqual(row("5.4", "A single network", unit)[1], "in part: optimistic yes; more where both are large no")
             self.assertEqual(row("5.4", "The worst of the particles, M = 4", unit)[0],
                              "75% of the pairs for a single network, 25% for the worst; 1.00 and 0.25 rad s")
             self.assertEqual(row("5.4", "(60, 60)", unit)[1], "**yes**")

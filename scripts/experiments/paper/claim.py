@@ -1,4 +1,4 @@
-"""A claim of the ensemble paper with what the experiments here say of it, and the words in which numbers are told."""
+"""A claim of the ensemble paper with what the experiments here say of it, and the words in which numbers are given."""
 
 import dataclasses
 

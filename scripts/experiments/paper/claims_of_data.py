@@ -54,7 +54,7 @@ def data_sets(results):
                 {"speed": fast > usual, **{name: share > 0.0 for name, share in beyond.items()}})
     astern = [float(np.mean(pooled(recordings, "u_mps") < 0.0)) for recordings in (random, train)]
     yield Claim(f"{where}, 3", "Test-R lies where the ship is slow, and has sternway that Train-B lacks", "pairplot",
-                f"its median speed is lower, and it has u < 0, which at most {LACKS:.0%} of Train-B has (ours)",
+                f"its median speed is lower, and it has u < 0, which at most {LACKS:.0%} of Train-B has (ours; replays with more sternway are drawn anew)",
                 f"median speed {number(slow)} against {number(usual)} m/s; u < 0 in {astern[0]:.1%} against {astern[1]:.1%} of the samples",
                 {"speed": slow < usual, "sternway": astern[0] > 0.0 and astern[1] <= LACKS})
 
