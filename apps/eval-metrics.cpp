@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/inputs.hpp"
@@ -20,6 +21,7 @@ struct EvalOptions {
   std::vector<std::string> predictions, truths;
   std::string columns, against, per_step, output = "-";
   double sigma_u_mps = 0.01, sigma_vm_mps = 0.01, sigma_r_degps = 0.1;
+  double noise_u_mps = 0.0, noise_vm_mps = 0.0, noise_r_degps = 0.0;
 };
 
 }  // namespace
@@ -46,6 +48,15 @@ int main(int argc, char** argv) try {
   app.add_option("--sigma-r-degps", opt.sigma_r_degps, "sigma of r in L_fit [deg/s]")
       ->check(cli::positive())
       ->capture_default_str();
+  app.add_option("--noise-u-mps", opt.noise_u_mps, "sd of the recordings' noise of u, where they are laid beside [m/s]")
+      ->check(cli::not_negative())
+      ->capture_default_str();
+  app.add_option("--noise-vm-mps", opt.noise_vm_mps, "the same of v_m [m/s]")
+      ->check(cli::not_negative())
+      ->capture_default_str();
+  app.add_option("--noise-r-degps", opt.noise_r_degps, "the same of r [deg/s]")
+      ->check(cli::not_negative())
+      ->capture_default_str();
   app.add_option("-o,--output", opt.output, "figures (JSON), '-' for stdout")->capture_default_str();
   cli::add_common_options(app, opt.common);
   if (const auto exit_code = cli::parse(app, argc, argv, opt.common)) return *exit_code;
@@ -59,6 +70,7 @@ int main(int argc, char** argv) try {
   if (!opt.columns.empty()) columns = io::read_columns_map(opt.columns);
   ScoreOptions options;
   options.sigma = {opt.sigma_u_mps, opt.sigma_vm_mps, deg_to_rad(opt.sigma_r_degps)};
+  options.noise = {opt.noise_u_mps, opt.noise_vm_mps, deg_to_rad(opt.noise_r_degps)};
   options.columns = columns ? &*columns : nullptr;
   options.jobs = opt.common.jobs;
 
@@ -75,6 +87,9 @@ int main(int argc, char** argv) try {
   json["provenance"] = cli::provenance(app, opt.common, input_files(source, evaluation), {"--per-step"});
   if (!source.provenance.empty()) json["provenance"]["predictions"] = source.provenance;
   cli::warn_all(notices(evaluation));
+  if (!options.noise.isZero() && evaluation.overall.against != "observations")
+    spdlog::warn("--noise-* counts where predictions are laid beside observations; here they are laid beside: {}",
+                 evaluation.overall.against);
   if (!opt.per_step.empty()) io::remove_output(opt.output);  // it comes last: where it lies, the steps are of its run
   if (!opt.per_step.empty()) io::write_text(opt.per_step, per_step_text(evaluation));
   io::write_text(opt.output, io::to_text(json));
