@@ -128,6 +128,8 @@ std::vector<std::string> Ensemble::notices() const {
     notices.push_back(fmt::format(
         "the members were trained on different kernels ({}): a training on one of them gives others in the last digits",
         fmt::join(names, ", ")));
+  if (!header_.is_hashed)
+    notices.push_back("a model of an earlier version has no hashes: damaged weights would not be noticed");
   return notices;
 }
 

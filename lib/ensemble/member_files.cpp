@@ -260,9 +260,10 @@ Member read_member(const std::string& folder, int number, const EnsembleHeader& 
     member.training_curve = of("training_curve", [](const FloatJson& c) { return c.get<std::vector<float>>(); });
     const bool has_own_base = header.base && header.base->spread > 0.0;
     if (has_own_base) member.own_base = of("base", [&](const FloatJson& base) { return own_base_from(base, place); });
-    const std::string hash = of("sha256", text_from);
+    const bool is_hashed = header.is_hashed || has_own_base || json.contains("sha256");
+    const std::string hash = is_hashed ? of("sha256", text_from) : "";
     check_member_keys(json, has_own_base, path);
-    if (hash != hash_of(deciding_part(json)))
+    if (is_hashed && hash != hash_of(deciding_part(json)))
       throw InputError(path, 0, "/sha256",
                        "is not that of weights and standardization: the file was changed or damaged");
     return member;

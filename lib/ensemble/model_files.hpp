@@ -28,6 +28,7 @@ struct EnsembleHeader {
   std::optional<BaseRecord> base = std::nullopt;
   /// SHA-256 of all of the above but the number of members; each member file repeats it.
   std::string training_id;
+  bool is_hashed = true;  ///< false where the files are of an earlier version, which has no hashes
 };
 
 EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files);
