@@ -251,12 +251,14 @@ Member read_member(const std::string& folder, int number, const EnsembleHeader& 
     member.output_sd = of("output_sd", positive_from);
     member.dynamics = dynamics_shape(header.inputs, header.config);
     member.initial_state = initial_state_shape(header.inputs, header.config);
-    for (const auto& [key, shape] :
-         {std::pair{"dynamics", &member.dynamics}, std::pair{"initial_state", &member.initial_state}})
+    const auto take_network = [&](const char* key, const nn::NetworkShape& shape) {
       of(key, [&](const FloatJson& layers) {
-        network_from_json(layers, *shape, place, member.parameters);
+        network_from_json(layers, shape, place, member.parameters);
         return true;
       });
+    };
+    take_network("dynamics", member.dynamics);
+    take_network("initial_state", member.initial_state);
     member.training_curve = of("training_curve", [](const FloatJson& c) { return c.get<std::vector<float>>(); });
     const bool has_own_base = header.base && header.base->spread > 0.0;
     if (has_own_base) member.own_base = of("base", [&](const FloatJson& base) { return own_base_from(base, place); });
