@@ -177,6 +177,7 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
   if (data.base) paths.push_back(data.base->ship().file);
   ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));
   io::make_directories(o.output);
+  io::remove_leftovers(o.output);
   const auto existing = ensemble::read_header(o.output, true);
   const bool continues = o.resume || o.member >= 0;
   if (existing && continues && existing->base != header.base)

@@ -85,13 +85,25 @@ ResultFolder::~ResultFolder() {
   if (lock_ >= 0) ::close(lock_);
   if (!begun_ || committed_) return;
   std::error_code error;
-  for (const std::string& name : planned_)
-    if (!parts_[name].empty()) fs::remove(path(name), error);  // only what has been written
   try {
+    if (!is_as_before()) {
+      const auto before = index_before_.empty() ? std::map<std::string, std::string>()
+                                                : hashes_from(parse_json(index_before_, index_), "parts");
+      for (const std::string& name : planned_)  // what has been written, and what it was to replace
+        if (!parts_[name].empty() || before.contains(name)) fs::remove(path(name), error);
+    }
     restore_index();
     fs::remove(unfinished_, error);
   } catch (const std::exception&) {  // the list of the unfinished run stays
   }
+}
+
+// Whether all that the index of an earlier run of this generation names is there, be it written anew.
+bool ResultFolder::is_as_before() const {
+  if (index_before_.empty()) return false;
+  for (const auto& [name, hash] : hashes_from(parse_json(index_before_, index_), "parts"))
+    if (!is_regular(path(name)) || sha256_of_file(path(name)) != hash) return false;
+  return true;
 }
 
 // The index of files that stand beside those of this run, without those that this run has replaced.

@@ -56,6 +56,7 @@ class ResultFolder {
   void remove(const std::map<std::string, std::string>& parts) const;
   void refuse_other_run() const;
   void write_unfinished(const Json& listing);
+  bool is_as_before() const;
   void restore_index() const;
 
   std::string folder_, index_, unfinished_;
