@@ -171,15 +171,21 @@ std::vector<ensemble::TrainingFile> training_files(const std::vector<Trajectory>
 // The folder's ensemble.json: new, or the one that this run belongs to.
 ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, const ensemble::TrainingData& data,
                                      const std::vector<Trajectory>& recordings,
-                                     std::vector<ensemble::TrainingFile> files) {
+                                     std::vector<ensemble::TrainingFile> files, const ensemble::TrainingLock& lock) {
   std::vector<std::string> paths;
+  paths.reserve(recordings.size() + 1);
   for (const Trajectory& r : recordings) paths.push_back(r.file);
   if (data.base) paths.push_back(data.base->ship().file);
   ensemble::EnsembleHeader header = ensemble::make_header(data, o.common.seed, std::move(files));
-  io::make_directories(o.output);
+  const bool continues = o.resume || o.member >= 0;
+  if (continues) {
+    lock.share();
+  } else if (!lock.is_alone()) {
+    ensemble::refuse_owners(o.output);
+    throw IoError(o.output, "another process begins a training here; wait until it is done, or choose another folder");
+  }
   io::remove_leftovers(o.output);
   const auto existing = ensemble::read_header(o.output, true);
-  const bool continues = o.resume || o.member >= 0;
   if (existing && continues && existing->base != header.base)
     throw UsageError(fmt::format("{} holds an ensemble of another base: {}, not {}", o.output, name_of(existing->base),
                                  name_of(header.base)));
@@ -195,6 +201,11 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
         o.output, header,
         cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s", "--held-out"}),
         data.base.get());
+  lock.share();
+  // Between being alone and sharing another one may have begun.
+  if (const auto now = ensemble::read_header(o.output, true); !now || now->training_id != header.training_id)
+    throw IoError(o.output,
+                  "another process has begun a training here; wait until it is done, or choose another folder");
   return header;
 }
 
@@ -235,6 +246,8 @@ int main(int argc, char** argv) try {
   if (const auto exit_code = cli::parse(app, argc, argv, o.common)) return *exit_code;
 
   if (!o.status.empty()) {
+    if (!o.recordings.empty() || !o.output.empty() || !o.base.empty())
+      throw UsageError("--status stands alone: it reads a model directory, and nothing is trained");
     io::write_text("-", cli::training_status_text(o.status, ensemble::read_training_status(o.status)));
     return cli::kOk;
   }
@@ -267,7 +280,9 @@ int main(int argc, char** argv) try {
     held_out = ensemble::prepare_held_out_data(read_all(o.held_out, "holds out", o), data);
     cli::warn_all(held_out->notices);
   }
-  const ensemble::EnsembleHeader header = open_folder(o, app, data, recordings, files);
+  io::make_directories(o.output);
+  const ensemble::TrainingLock lock(o.output);
+  const ensemble::EnsembleHeader header = open_folder(o, app, data, recordings, files, lock);
 
   const cli::Interruption interruption;
   ensemble::EnsembleTraining training{o.output,

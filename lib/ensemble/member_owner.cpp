@@ -1,12 +1,15 @@
 #include "ensemble/member_owner.hpp"
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <fcntl.h>
 #include <filesystem>
 #include <limits>
 #include <random>
 #include <sstream>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -135,6 +138,19 @@ void MemberOwner::write(const std::function<void()>& before_rename) const {
   io::OutputFile file(owner_path(folder_, number_));
   file.write(json.dump() + "\n");
   file.commit(before_rename);
+}
+
+TrainingLock::TrainingLock(const std::string& folder)
+    : fd_(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {}
+
+TrainingLock::~TrainingLock() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+bool TrainingLock::is_alone() const { return fd_ < 0 || ::flock(fd_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK; }
+
+void TrainingLock::share() const {
+  while (fd_ >= 0 && ::flock(fd_, LOCK_SH) != 0 && errno == EINTR) continue;
 }
 
 }  // namespace leeway::ensemble

@@ -66,4 +66,22 @@ class MemberOwner {
   OwnerRecord record_;
 };
 
+/// Keeps a training that begins anew from others of this machine in its folder, as far as the file system has locks:
+/// it is alone while it clears the folder and writes ensemble.json, and shares the folder from then on.
+class TrainingLock {
+ public:
+  explicit TrainingLock(const std::string& folder);
+  ~TrainingLock();
+  TrainingLock(const TrainingLock&) = delete;
+  TrainingLock& operator=(const TrainingLock&) = delete;
+
+  /// False where others train in the folder.
+  bool is_alone() const;
+  /// Waits while another one clears the folder.
+  void share() const;
+
+ private:
+  int fd_;
+};
+
 }  // namespace leeway::ensemble

@@ -76,6 +76,9 @@ void remove_checkpoint(const std::string& folder, int number);
 /// folder's disk.
 void require_room(const std::string& folder, const TrainingConfig& config);
 
+/// Throws IoError where a process of this machine trains a member in the folder.
+void refuse_owners(const std::string& folder);
+
 /// Removes an earlier training, also what is left of one: ensemble.json first, then members and checkpoints. Throws
 /// IoError where a process of this machine trains one of them.
 void remove_training(const std::string& folder);

@@ -59,17 +59,20 @@ void require_room(const std::string& folder, const TrainingConfig& config) {
                                       disk_B / 1e9, static_cast<double>(space.capacity) / 1e9));
 }
 
-void remove_training(const std::string& folder) {
-  const std::vector<std::string> files = io::files_in(folder);
-  for (const std::string& file : files)
+void refuse_owners(const std::string& folder) {
+  for (const std::string& file : io::files_in(folder))
     if (const auto number = member_of(file, ".owner"))
       if (const auto owner = read_owner(folder, *number); owner && owner->alive())
         throw IoError(
             file,
             fmt::format("process {} of this machine trains this member; end it, or choose another folder", owner->pid));
+}
+
+void remove_training(const std::string& folder) {
+  refuse_owners(folder);
   io::remove_output((fs::path(folder) / "ensemble.json").string());
   std::error_code error;
-  for (const std::string& file : files)
+  for (const std::string& file : io::files_in(folder))
     for (const char* ending : {".json", ".checkpoint", ".owner", ".tmp"})
       if (member_of(file, ending)) fs::remove(file, error);
 }

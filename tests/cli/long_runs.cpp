@@ -209,6 +209,7 @@ TEST_CASE("ens-train --status: reads a training that runs, was killed, or is don
              Contains("00      interrupted") && Contains("model: 1 interrupted, 1 waiting of 2 members\n"));
   done(folder, kTrain + "tiny.json -o whole");
   CHECK_THAT(done(folder, "ens-train --status whole").out, Contains("03      trained               6/6"));
+  check_refused(folder, "ens-train rec.csv --status whole -o out", 2, "--status stands alone");
   check_refused(folder, "ens-train --status none-such", 4, "none-such/ensemble.json: cannot be opened");
 }
 
