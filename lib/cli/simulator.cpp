@@ -193,7 +193,9 @@ void check_outputs(const SimOptions& opt) {
 }
 
 void begin_outputs(const SimOptions& opt) {
-  if (!opt.truth.empty() || !opt.indices.empty()) io::remove_output(opt.output);
+  if (opt.truth.empty() && opt.indices.empty()) return;
+  for (const std::string& path : {opt.output, opt.truth, opt.indices})
+    if (!path.empty()) io::remove_output(path);  // throws where it cannot be written
 }
 
 void write_result(const SimOptions& opt, const Ship& ship, Trajectory truth) {

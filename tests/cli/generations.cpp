@@ -151,7 +151,7 @@ TEST_CASE("generations: recordings that are not those of the index are refused",
                 "data/one/one-r-02.csv: is not the file that data/dataset.json names");
 }
 
-TEST_CASE("generations: a run that fails leaves an index of what it has not replaced", "[cli][ens]") {
+TEST_CASE("generations: a run that fails over results of its kind leaves them whole, or none", "[cli][ens]") {
   const TemporaryFolder folder;
   const auto recording = [&](const std::string& name, int rows) {
     std::string text = "t_s,u_mps,vm_mps,r_degps\n";
@@ -163,8 +163,11 @@ TEST_CASE("generations: a run that fails leaves an index of what it has not repl
   const std::string predict = "ens-predict --baseline hold a.csv b.csv --steps 2 --jobs 1 --quiet -o pred";
   done(folder, predict);
   CHECK(run(folder, "ulimit -f 16; " + predict).exit_code == 4);  // 8 kB, beyond which b.csv is
-  CHECK(names_in(folder / "pred") == std::set<std::string>{"b.csv", "prediction.json"});
+  CHECK(names_in(folder / "pred") == std::set<std::string>{"a.csv", "b.csv", "prediction.json"});
   CHECK(has_whole_generation(folder / "pred", "prediction.json"));
+  recording("a.csv", 6);  // what the run writes before it fails is another
+  CHECK(run(folder, "ulimit -f 16; " + predict).exit_code == 4);
+  CHECK(names_in(folder / "pred").empty());
 }
 
 TEST_CASE("generations: a folder that a living run writes is no other run's", "[cli]") {
@@ -190,6 +193,9 @@ TEST_CASE("generations: where the main output cannot be written, nothing else is
   check_refused(folder, "mmg-sim zigzag --ship vectwin-3m --duration-s 5 --truth s.csv -o taken", 4,
                 "taken: is a folder");
   CHECK_FALSE(fs::exists(folder / "s.csv"));
+  check_refused(folder, "mmg-sim turning --ship vectwin-3m --duration-s 5 --truth taken --indices i.json -o a.csv", 4,
+                "taken: is a folder");
+  CHECK_FALSE(fs::exists(folder / "i.json"));
 }
 
 TEST_CASE("generations: predictions of one model and options may come one by one, others are replaced", "[cli][ens]") {
