@@ -45,7 +45,8 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--members", o.members, "members of the ensemble (default: the config's)")->check(cli::at_least(1));
   app.add_option("--epochs", o.epochs, "passes over the data (default: the config's)")->check(cli::at_least(1));
   app.add_option("-o,--output", o.output, "model directory");
-  app.add_option("--status", o.status, "say how far the training in this model directory is, and do nothing else");
+  app.add_option("--status", o.status,
+                 "say how far the training in this model directory is, no recordings, base or output beside it");
   app.add_option("--member", o.member, "train this member alone, counted from 0, as another process trains the others")
       ->check(cli::not_negative());
   app.add_flag("--resume", o.resume, "keep finished members and continue from checkpoints");

@@ -70,8 +70,8 @@ Actuators<double> Joystick::each_alone(const Vec3<double>& nu, const Vec3<double
   if (!thruster) at_first[Channel::n_bt] = 0.0;
   Choice choice(at_first);
   const double rudder = steps.rudder_rad, rps = steps.thruster_rps;
-  for (int round = 0; round < 2;
-       ++round) {  // the thruster acts beside the rudders: after two rounds both have converged
+  // The thruster acts beside the rudders: after two rounds both have converged.
+  for (int round = 0; round < 2; ++round) {
     Actuators<double> orders = choice.orders();
     for (int i = first_step(port_.min, rudder); i <= last_step(port_.max, rudder); ++i)
       for (int k = first_step(starboard_.min, rudder); k <= last_step(starboard_.max, rudder); ++k) {

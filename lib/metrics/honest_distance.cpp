@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "core/random.hpp"
+#include "core/statistics.hpp"
 
 namespace leeway {
 namespace {
@@ -22,11 +23,10 @@ Eigen::Matrix3d root_of(const Eigen::Matrix3d& covariance) {
          eigen.eigenvectors().transpose();
 }
 
-std::array<double, 3> quantiles(std::vector<double> distances) {
+std::array<double, 3> radii_of(std::vector<double> distances) {
   std::sort(distances.begin(), distances.end());
   std::array<double, 3> result{};
-  for (std::size_t i = 0; i < result.size(); ++i)
-    result[i] = distances[static_cast<std::size_t>(kCoverageLevels[i] * static_cast<double>(distances.size() - 1))];
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = quantile(distances, kCoverageLevels[i]);
   return result;
 }
 
@@ -118,7 +118,7 @@ const HonestDistances::Draws& HonestDistances::draws_of(std::size_t M, std::size
       const auto n = static_cast<double>(M);
       result.of_members_alone.mean = 3.0 * (n + 1.0) / (n - 5.0);
     }
-    result.of_members_alone.radii = quantiles(std::move(distances));
+    result.of_members_alone.radii = radii_of(std::move(distances));
   }
   return result;
 }
@@ -146,7 +146,7 @@ std::optional<HonestDistance> HonestDistances::of(const SpreadOfMembers& spread,
   result.mean = mean_of(distances);
   // The same draws of members alone have a mean that is known: what they miss of it, these miss as well.
   if (draws.of_members_alone.mean) *result.mean *= *draws.of_members_alone.mean / draws.mean_of_few;
-  result.radii = quantiles(std::move(distances));
+  result.radii = radii_of(std::move(distances));
   return result;
 }
 

@@ -56,6 +56,16 @@ class LevelCost {
   mutable Levels next_unit_ = Levels::Ones();
 };
 
+// Places of stretches with about `most_points` points that stand for all; of all where they have fewer.
+std::vector<std::size_t> sample_of(const std::vector<LinearStretch>& stretches, std::size_t most_points) {
+  std::size_t points = 0;
+  for (const LinearStretch& stretch : stretches) points += stretch.path.size();
+  const std::size_t every = std::max<std::size_t>(1, points / most_points);
+  std::vector<std::size_t> sample;
+  for (std::size_t s = 0; s < stretches.size(); s += every) sample.push_back(s);
+  return sample;
+}
+
 }  // namespace
 
 double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
@@ -84,15 +94,6 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   noise.measurement_sd = noise.measurement_sd.cwiseMax(like.least_measurement_sd);
   noise.wind_share = x[kWindLevel];
   return noise;
-}
-
-std::vector<std::size_t> sample_of(const std::vector<LinearStretch>& stretches, std::size_t most_points) {
-  std::size_t points = 0;
-  for (const LinearStretch& stretch : stretches) points += stretch.path.size();
-  const std::size_t every = std::max<std::size_t>(1, points / most_points);
-  std::vector<std::size_t> sample;
-  for (std::size_t s = 0; s < stretches.size(); s += every) sample.push_back(s);
-  return sample;
 }
 
 std::vector<double> LevelProblem::costs(const std::vector<Levels>& points) const {

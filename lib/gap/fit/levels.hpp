@@ -47,7 +47,4 @@ struct LevelProblem {
   double gradient(const Levels& at) const;
 };
 
-/// Places of stretches with about `most_points` points that stand for all; of all where they have fewer.
-std::vector<std::size_t> sample_of(const std::vector<LinearStretch>& stretches, std::size_t most_points);
-
 }  // namespace leeway::gap
