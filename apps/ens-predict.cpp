@@ -12,6 +12,7 @@
 #include "cli/inputs.hpp"
 #include "cli/options.hpp"
 #include "core/errors.hpp"
+#include "ensemble/calibration.hpp"
 #include "ensemble/prediction_run.hpp"
 #include "io/dataset_json.hpp"
 #include "io/result_folder.hpp"
@@ -25,7 +26,7 @@ struct Options {
   std::string output = "-", sampling = "ts-inf", baseline, columns, initial_state = "true", kernel = "auto";
   int particles = 100, steps = 0, use_members = 0;
   double time_step_s = 1.0;
-  bool fitted = false;
+  bool fitted = false, no_disturbance = false, no_initial_error = false, no_calibration = false;
   cli::CommonOptions common;
 };
 
@@ -48,6 +49,13 @@ void add_options(CLI::App& app, Options& o) {
                  "start from the true state where a dataset.json knows the truth, or always from the observed one")
       ->check(CLI::IsMember({"true", "observed"}))
       ->capture_default_str();
+  app.add_flag("--no-disturbance", o.no_disturbance, "particles without the disturbance of the model's calibration");
+  app.add_flag(
+      "--no-initial-error", o.no_initial_error,
+      "particles start from the recorded velocity itself, not from draws around it; from the truth they always "
+      "start without an error");
+  app.add_flag("--no-calibration", o.no_calibration,
+               "leave the model's calibration.json unread: no disturbance, no initial error, no radii");
   app.add_flag("--fitted", o.fitted,
                "the fitted rollout of training windows instead of a prediction: each member from its own estimate of "
                "the initial state, by Euler; eval-metrics gives L_fit from it");
@@ -76,7 +84,8 @@ void check_combination(const CLI::App& app, const Options& o) {
   if (!baseline && app.count("--time-step-s") > 0)
     throw UsageError("--time-step-s is for --baseline; a model brings its own time step");
   if (!baseline && !o.fitted) return;
-  for (const char* option : {"--particles", "--sampling", "--initial-state", "--use-members", "--kernel"}) {
+  for (const char* option : {"--particles", "--sampling", "--initial-state", "--use-members", "--kernel",
+                             "--no-disturbance", "--no-initial-error", "--no-calibration"}) {
     const bool used_by_fitted = option == std::string("--use-members") || option == std::string("--kernel");
     const bool used_by_baseline = option == std::string("--initial-state");
     if (app.count(option) > 0 && !(baseline ? used_by_baseline : used_by_fitted))
@@ -100,13 +109,15 @@ void warn_of_constants(const Trajectory& recording, const ensemble::ModelInputs&
 //   estimates  the model has an initial-state network
 struct StartFiles {
   std::vector<std::string> paths;
-  std::set<std::string> states;  // that they hold
+  std::set<std::string> true_paths;  // those whose states have no error
+  std::set<std::string> states;      // that they hold
 };
 StartFiles start_files_of(const Options& o, bool estimates) {
   StartFiles files;
   for (const io::RecordingFile& file : io::expand_recordings(o.arguments)) {
     const bool from_truth = o.initial_state == "true" && !o.fitted && !file.truth.empty();
     files.paths.push_back(from_truth ? file.truth : file.path);
+    if (from_truth || file.states == io::States::truth) files.true_paths.insert(files.paths.back());
     files.states.emplace(o.fitted && estimates ? "estimate" : io::word(from_truth ? io::States::truth : file.states));
   }
   return files;
@@ -151,28 +162,53 @@ std::unique_ptr<io::ResultFolder> result_folder(const Options& o, const std::str
   return folder;
 }
 
+// The calibration of the model's folder that particles have.
+std::optional<ensemble::Calibration> calibration_of(const Options& o, const std::string& model_folder,
+                                                    const std::optional<ensemble::Ensemble>& model) {
+  if (!model || o.fitted || o.no_calibration) return std::nullopt;
+  return ensemble::read_calibration(model_folder, model->header());
+}
+
+// What the particles of a recording have besides their members.
+void take_noise(const Options& o, const std::optional<ensemble::Ensemble>& model,
+                const std::optional<ensemble::Calibration>& calibration, bool starts_from_truth,
+                ensemble::PredictionOptions& options) {
+  if (!calibration) return;
+  options.draws_inputs = !o.no_disturbance && model->header().config.inputs == InputPath::linear;
+  if (!o.no_disturbance) options.disturbance = calibration->disturbance;
+  options.initial_sd = o.no_initial_error || starts_from_truth ? Vec3<double>::Zero() : calibration->sensor_sd;
+}
+
 // prediction.json, beside the predictions of a folder.
 //   initial_states  the words for them
 io::Json summary(const Options& o, const std::optional<ensemble::Ensemble>& model, int K, double dt_s,
-                 const std::set<std::string>& initial_states, const ensemble::PredictionReport& report,
-                 io::Json provenance) {
-  return {{"sampling", !o.baseline.empty() ? o.baseline
-                       : o.fitted          ? "fitted"
-                                           : o.sampling},
-          {"members", model ? model->members() : 0},
-          {"particles", !model     ? 1
-                        : o.fitted ? model->members()
-                                   : o.particles},
-          {"steps", K},
-          {"time_step_s", dt_s},
-          {"initial_state", initial_states.size() == 1 ? *initial_states.begin() : "mixed"},
-          {"particles_out_of_bounds", report.out_of_bounds},
-          {"provenance", std::move(provenance)}};
+                 const std::set<std::string>& initial_states, const std::optional<ensemble::Calibration>& calibration,
+                 const ensemble::PredictionReport& report, io::Json provenance) {
+  io::Json json{{"sampling", !o.baseline.empty() ? o.baseline
+                             : o.fitted          ? "fitted"
+                                                 : o.sampling},
+                {"members", model ? model->members() : 0},
+                {"particles", !model     ? 1
+                              : o.fitted ? model->members()
+                                         : o.particles},
+                {"steps", K},
+                {"time_step_s", dt_s},
+                {"initial_state", initial_states.size() == 1 ? *initial_states.begin() : "mixed"},
+                {"particles_out_of_bounds", report.out_of_bounds},
+                {"provenance", std::move(provenance)}};
+  if (calibration) {
+    json["disturbance"] = !o.no_disturbance;
+    json["initial_error"] = !o.no_initial_error;
+    json["radii"] = ensemble::to_json(calibration->radii);
+  }
+  return json;
 }
 
 // All that decides predictions but the recordings.
-std::string generation_of(const Options& o, const std::optional<ensemble::Ensemble>& model, int K, double dt_s) {
-  io::Json json = summary(o, model, K, dt_s, {}, {}, {{"version", LEEWAY_VERSION}, {"seed", o.common.seed}});
+std::string generation_of(const Options& o, const std::optional<ensemble::Ensemble>& model,
+                          const std::optional<ensemble::Calibration>& calibration, int K, double dt_s) {
+  io::Json json =
+      summary(o, model, K, dt_s, {}, calibration, {}, {{"version", LEEWAY_VERSION}, {"seed", o.common.seed}});
   json["training_id"] = model ? model->header().training_id : "";
   json["kernel"] = model ? model->kernels().name : "";
   json["initial_state"] = o.initial_state;
@@ -196,7 +232,8 @@ int main(int argc, char** argv) try {
     cli::warn_all(model->notices());
   }
   const ensemble::TrainingConfig config = model ? model->header().config : ensemble::TrainingConfig{};
-  const auto [paths, initial_states] = start_files_of(o, model && config.initial_state_net);
+  const std::optional<ensemble::Calibration> calibration = calibration_of(o, model_folder, model);
+  const auto [paths, true_paths, initial_states] = start_files_of(o, model && config.initial_state_net);
   std::vector<Trajectory> recordings = cli::read_recordings(paths, o.columns, o.common.jobs);
   if (model && model->base() != nullptr) model->base()->prepare(recordings);
 
@@ -204,11 +241,11 @@ int main(int argc, char** argv) try {
   const int K = o.steps > 0 ? o.steps : config.steps;
   const std::vector<Channel> actuators = model ? model->header().inputs.sampled_actuators() : std::vector<Channel>{};
   const bool wind = model && model->header().inputs.wind;
-  const ensemble::PredictionOptions options{
-      o.particles, o.sampling == "ts1" ? ensemble::Sampling::ts1 : ensemble::Sampling::ts_infinity,
-      config.integrator_predict, o.common.seed};
+  ensemble::PredictionOptions options{o.particles,
+                                      o.sampling == "ts1" ? ensemble::Sampling::ts1 : ensemble::Sampling::ts_infinity,
+                                      config.integrator_predict, o.common.seed};
   const auto make_predictor = predictor_factory(o, model, options);
-  const auto folder = result_folder(o, model_folder, recordings, generation_of(o, model, K, dt_s));
+  const auto folder = result_folder(o, model_folder, recordings, generation_of(o, model, calibration, K, dt_s));
   if (folder) folder->begin();
   std::optional<io::PredictionWriter> writer;
   if (!folder) writer.emplace("-");
@@ -216,7 +253,8 @@ int main(int argc, char** argv) try {
   double left_out_s = 0.0, total_s = 0.0;
   for (const Trajectory& recording : recordings) {
     if (model) warn_of_constants(recording, model->header().inputs);
-    const std::vector<Samples> stretches = resample(recording, actuators, wind, dt_s, config.resampling);
+    take_noise(o, model, calibration, true_paths.contains(recording.file), options);
+    const std::vector<Samples> stretches = resample(recording, actuators, wind, dt_s, config.resampling, config.inputs);
     const std::vector<ensemble::SequenceTask> tasks = ensemble::sequences_of(stretches, K, o.fitted);
     const double predicted_s = static_cast<double>(tasks.size()) * K * dt_s;
     const double recorded_s = recording[Channel::t].back() - recording[Channel::t].front() + dt_s;
@@ -240,7 +278,9 @@ int main(int argc, char** argv) try {
         fmt::format("no recording holds {} points {} s apart without a gap; choose fewer --steps", K, dt_s));
   if (!folder) writer->commit();
   cli::warn_all(report.notices);
-  if (folder) folder->commit(summary(o, model, K, dt_s, initial_states, report, cli::provenance(app, o.common, paths)));
+  if (folder)
+    folder->commit(
+        summary(o, model, K, dt_s, initial_states, calibration, report, cli::provenance(app, o.common, paths)));
   spdlog::info("{}: {} sequences; {:.6g} of {:.6g} s at the ends of recordings or in gaps are in none",
                folder ? o.output : "standard output", report.sequences, left_out_s, total_s);
   return cli::kOk;

@@ -15,7 +15,8 @@
 #include "cli/progress.hpp"
 #include "cli/training_status.hpp"
 #include "core/errors.hpp"
-#include "ensemble/base_spread.hpp"
+#include "ensemble/base_preparation.hpp"
+#include "ensemble/cross_fit.hpp"
 #include "ensemble/ensemble_training.hpp"
 #include "io/csv.hpp"
 #include "io/dataset_json.hpp"
@@ -28,7 +29,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> recordings, held_out;
-  std::string config = "model-scale", output, status, columns, base, kernel = "auto";
+  std::string config = "honest", output, status, calibrate, columns, base, kernel = "auto";
   std::optional<std::string> base_spread;
   int members = 0, member = -1, epochs = 0;
   bool resume = false, no_initial_state_net = false;
@@ -47,6 +48,10 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("-o,--output", o.output, "model directory");
   app.add_option("--status", o.status,
                  "say how far the training in this model directory is, no recordings, base or output beside it");
+  app.add_option(
+      "--calibrate", o.calibrate,
+      "find disturbance, sensor noise and radii of the whole ensemble in this model directory, whose members "
+      "were trained on the same recordings; a run that trains all of them does it where its config says so");
   app.add_option("--member", o.member, "train this member alone, counted from 0, as another process trains the others")
       ->check(cli::not_negative());
   app.add_flag("--resume", o.resume, "keep finished members and continue from checkpoints");
@@ -112,27 +117,19 @@ void take_base_spread(const Options& o, ensemble::TrainingConfig& config) {
     throw UsageError(fmt::format("--base-spread: expected a number >= 0 or 'auto', got '{}'", *o.base_spread));
 }
 
-// What the base's uncertainty is multiplied by. What an earlier process inferred from the same data stands in the
-// folder's ensemble.json, whose training_id shows that it is of this training.
-void find_base_spread(const Options& o, const std::vector<Trajectory>& recordings,
-                      const std::vector<ensemble::TrainingFile>& files, ensemble::TrainingData& data) {
-  if (!data.base) return;
-  if (data.config.base_spread) {
-    data.base_spread = *data.config.base_spread;
-  } else if (const auto existing = ensemble::read_header(o.output, true); existing && existing->base) {
-    data.base_spread = existing->base->spread;
-    if (ensemble::make_header(data, o.common.seed, files).training_id != existing->training_id) data.base_spread = 0.0;
-  }
-  if (!data.config.base_spread && data.base_spread == 0.0) {
-    const ensemble::BaseSpreadEstimate found = ensemble::infer_base_spread(data, recordings);
-    data.base_spread = found.spread;
-    spdlog::info("{}: by these recordings the base ship is {:.2g} times as wrong as it states (90 %: {:.2g} to {:.2g})",
-                 o.output, found.spread, found.low, found.high);
-    for (const CoefficientFactor& by : found.factors) spdlog::debug("likeliest {}: times {:.3f}", by.name, by.factor);
+// What the recordings say of the base ship, and how many draws of it were none.
+void tell_base(const Options& o, const ensemble::TrainingData& data,
+               const std::optional<ensemble::BaseSpreadEstimate>& found) {
+  if (found) {
+    if (!data.config.base_spread)
+      spdlog::info(
+          "{}: by these recordings the base ship is {:.2g} times as wrong as it states (90 %: {:.2g} to {:.2g})",
+          o.output, found->spread, found->low, found->high);
+    for (const CoefficientFactor& by : found->factors) spdlog::debug("likeliest {}: times {:.3f}", by.name, by.factor);
     spdlog::debug(
         "accelerations that no coefficient explains, per root of a second: {:.2g} m/s^2, {:.2g} m/s^2, "
         "{:.2g} deg/s^2",
-        found.acceleration_noise(0), found.acceleration_noise(1), rad_to_deg(found.acceleration_noise(2)));
+        found->acceleration_noise(0), found->acceleration_noise(1), rad_to_deg(found->acceleration_noise(2)));
   }
   if (data.base_spread == 0.0) return;
   const ShipDraws draws = ensemble::draws_of_members(data, o.common.seed);
@@ -201,7 +198,7 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
     ensemble::write_header(
         o.output, header,
         cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s", "--held-out"}),
-        data.base.get());
+        data.base.get(), data.stated.get());
   lock.share();
   // Between being alone and sharing another one may have begun.
   if (const auto now = ensemble::read_header(o.output, true); !now || now->training_id != header.training_id)
@@ -237,6 +234,62 @@ std::optional<double> train(const Options& o, const ensemble::TrainingData& data
   return mean_loss;
 }
 
+// Disturbance, sensor noise and radii of a whole ensemble, into its folder. Returns whether no signal stopped it.
+bool calibrate(const Options& o, const CLI::App& app, const std::string& folder, const ensemble::EnsembleHeader& header,
+               const ensemble::TrainingConfig& config, const std::vector<Trajectory>& recordings,
+               const std::shared_ptr<const ensemble::BaseModel>& base, const nn::Kernels<float>& kernels) {
+  std::optional<ensemble::Calibration> found;
+  {
+    const int networks = ensemble::networks_of_cross_fit(config, recordings.size());
+    cli::Progress progress(fmt::format("ens-train: calibration by {} networks", networks), networks, o.common);
+    double trained = 0.0;
+    found = ensemble::cross_fit({recordings, config, base, header.seed, o.common.jobs, kernels,
+                                 cli::Interruption::requested, [&] { progress.update(trained += 1.0, ""); }});
+  }
+  if (!found) return false;
+  std::vector<std::string> paths;
+  for (const Trajectory& r : recordings) paths.push_back(r.file);
+  ensemble::write_calibration(folder, *found, header,
+                              cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s"}));
+  const auto share = [&](const Vec3<double>& part) {
+    const Vec3<double> percent = 100.0 * part.cwiseQuotient(found->squared_error);
+    return fmt::format("{:.0f}, {:.0f}, {:.0f} %", percent(0), percent(1), percent(2));
+  };
+  spdlog::info(
+      "{}: of the squared errors of {} held-out sequences ({} recordings) in u, v_m, r are expected: by the members' "
+      "spread {}, by inputs between samples {}, by disturbances {}, by the sensors {}",
+      folder, found->sequences, found->recordings, share(found->of_members), share(found->of_inputs),
+      share(found->of_disturbance), share(found->of_sensors));
+  return true;
+}
+
+// ens-train --calibrate: a folder whose members were trained one by one.
+int calibrate_folder(const Options& o, const CLI::App& app) {
+  if (!o.output.empty() || !o.base.empty() || o.member >= 0 || o.resume)
+    throw UsageError(
+        "--calibrate takes a model directory and its training recordings, and no -o, --base, --member or "
+        "--resume beside them");
+  const ensemble::EnsembleHeader header = *ensemble::read_header(o.calibrate);
+  for (int k = 0; k < header.config.members; ++k)
+    if (!ensemble::member_exists(o.calibrate, k))
+      throw IoError(ensemble::member_path(o.calibrate, k), "is not trained yet; calibration needs all members");
+  const std::vector<Trajectory> recordings = read_all(o.recordings, "calibrates with", o);
+  const std::vector<ensemble::TrainingFile> files = training_files(recordings);
+  const auto is_same = [](const auto& a, const auto& b) {
+    return io::stem(a.file) == io::stem(b.file) && a.sha256 == b.sha256;
+  };
+  if (!std::equal(files.begin(), files.end(), header.files.begin(), header.files.end(), is_same))
+    throw UsageError(fmt::format("{}: its members were trained on other recordings than these", o.calibrate));
+  ensemble::TrainingConfig config = header.config;
+  if (!config.calibration) config.calibration.emplace();
+  const cli::Interruption interruption;
+  if (calibrate(o, app, o.calibrate, header, config, recordings, ensemble::read_given_base(o.calibrate, header),
+                nn::kernels(o.kernel)))
+    return cli::kOk;
+  spdlog::error("stopped by {}; nothing is written", cli::Interruption::signal_name());
+  return cli::kComputationFailed;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -253,6 +306,7 @@ int main(int argc, char** argv) try {
     return cli::kOk;
   }
   if (o.recordings.empty()) throw UsageError("recordings is required");
+  if (!o.calibrate.empty()) return calibrate_folder(o, app);
   if (o.output.empty()) throw UsageError("--output is required");
   if (o.output == "-") throw UsageError("--output: a model directory cannot be '-'");
 
@@ -273,9 +327,11 @@ int main(int argc, char** argv) try {
 
   const std::vector<Trajectory> recordings = read_all(o.recordings, "trains on", o);
   const std::vector<ensemble::TrainingFile> files = training_files(recordings);
-  ensemble::TrainingData data = ensemble::prepare_training_data(recordings, config, base);
+  std::optional<ensemble::BaseSpreadEstimate> found;
+  const ensemble::TrainingData data =
+      ensemble::prepare_in_folder(o.output, recordings, config, base, o.common.seed, files, found);
   cli::warn_all(data.notices);
-  find_base_spread(o, recordings, files, data);
+  tell_base(o, data, found);
   std::optional<ensemble::TrainingData> held_out;
   if (!o.held_out.empty()) {
     held_out = ensemble::prepare_held_out_data(read_all(o.held_out, "holds out", o), data);
@@ -304,6 +360,12 @@ int main(int argc, char** argv) try {
   }
   spdlog::info("{}: {} member{} trained on {} windows, mean loss {:.4g} (noise alone gives 3)", o.output,
                training.members.size(), training.members.size() == 1 ? "" : "s", data.windows.size(), *mean_loss);
+  if (o.member < 0 && config.calibration && !ensemble::read_calibration(o.output, header) &&
+      !calibrate(o, app, o.output, header, config, recordings, base, kernels)) {
+    spdlog::error("stopped by {} in the calibration. The same command with --resume begins it again",
+                  cli::Interruption::signal_name());
+    return cli::kComputationFailed;
+  }
   return cli::kOk;
 } catch (...) {
   return cli::report_current_exception("ens-train");

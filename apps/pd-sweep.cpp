@@ -10,6 +10,7 @@
 #include "cli/options.hpp"
 #include "control/pd_sweep.hpp"
 #include "core/errors.hpp"
+#include "ensemble/calibration.hpp"
 #include "io/files.hpp"
 #include "io/result_folder.hpp"
 
@@ -22,6 +23,7 @@ struct Options {
   int particles = 100, use_members = 0;
   control::HeadingTask task;
   double psi_bar_deg = 90.0;
+  bool no_disturbance = false, no_initial_error = false, no_calibration = false;
   cli::CommonOptions common;
 };
 
@@ -47,6 +49,10 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--dt-s", o.task.dt_s, "time step of control and of Runge-Kutta [s]")
       ->check(cli::in_range(1e-3, 1.0))
       ->capture_default_str();
+  app.add_flag("--no-disturbance", o.no_disturbance, "particles without the disturbance of the model's calibration");
+  app.add_flag("--no-calibration", o.no_calibration, "leave the model's calibration.json unread");
+  app.add_flag("--no-initial-error", o.no_initial_error,
+               "as it always is here: the runs start from a state that is known");
   app.add_option("--trajectories", o.trajectories, "folder for the runs of each gain pair, sampled at 1 s");
   app.add_option("-o,--output", o.output, "scores (CSV), '-' for stdout")->capture_default_str();
   app.add_option("--kernel", o.kernel, "auto, avx512, avx2 or portable")->capture_default_str();
@@ -88,8 +94,10 @@ int main(int argc, char** argv) try {
   const Ship ship = read_ship(o.ship);
   const ensemble::Ensemble model(o.model, o.use_members, nn::kernels(o.kernel));
   cli::warn_all(model.notices());
+  const auto calibration = o.no_calibration ? std::nullopt : ensemble::read_calibration(o.model, model.header());
   const std::vector<control::SweepResult> results =
-      control::pd_sweep(ship, model, gains, o.task, o.particles, o.common.seed, o.common.jobs, !o.trajectories.empty());
+      control::pd_sweep(ship, model, gains, o.task, o.particles, o.common.seed, o.common.jobs, !o.trajectories.empty(),
+                        calibration && !o.no_disturbance ? calibration->disturbance : ensemble::Disturbance());
   if (trajectories) {
     io::remove_output(o.output);  // it comes last: where it lies, the trajectories are of its run
     trajectories->begin();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -93,8 +94,18 @@ void run_true_ship(const Ship& ship, const HeadingTask& task, std::size_t lane, 
   }
 }
 
-void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTask& task, std::size_t count, long steps,
+// What is driven through all gains: a member, for one of its particles where each is disturbed in its own way.
+struct DisturbedMember {
+  int member;
+  std::optional<std::uint64_t> particle;
+};
+
+void run_member(const ensemble::Ensemble& ensemble, const DisturbedMember& run, const HeadingTask& task,
+                const ensemble::Disturbance& disturbance, std::uint64_t seed, std::size_t count, long steps,
                 Lanes& lanes) {
+  const int member = run.member;
+  RandomStream random(seed, "disturbance of the gain sweep", run.particle.value_or(0));
+  ensemble::DisturbancePath path(run.particle ? disturbance : ensemble::Disturbance(), task.dt_s, random);
   ensemble::EnsembleEvaluator evaluator(ensemble);
   const std::vector<Channel> channels = ensemble.header().inputs.sampled_actuators();
   const auto n = static_cast<Eigen::Index>(count);
@@ -113,6 +124,7 @@ void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTas
     if (k == steps) break;
     evaluator.step(member, Integrator::rk4, task.dt_s, held, Vec2<double>::Zero(), eta, nu,
                    Eigen::RowVectorXd::Constant(1, grid_time(static_cast<std::size_t>(k), task.dt_s)));
+    nu.colwise() += task.dt_s * path.next(random);
     if (!nu.allFinite() || !eta.allFinite())
       throw NumericalError(
           fmt::format("member {}: a run is no finite number at t = {} s", member, grid_time(k + 1, task.dt_s)));
@@ -123,7 +135,8 @@ void run_member(const ensemble::Ensemble& ensemble, int member, const HeadingTas
 
 std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& ensemble,
                                   const std::vector<PdGains>& gains, const HeadingTask& task, int particles,
-                                  std::uint64_t seed, std::size_t jobs, bool keep_runs) {
+                                  std::uint64_t seed, std::size_t jobs, bool keep_runs,
+                                  const ensemble::Disturbance& disturbance) {
   for (const Channel channel : ensemble.header().inputs.sampled_actuators())
     if (!knows(ship, channel))
       throw UsageError(
@@ -131,18 +144,30 @@ std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& en
   const long steps = whole_steps("--duration-s", task.duration_s, task.dt_s);
   const std::size_t members = static_cast<std::size_t>(ensemble.members());
 
-  // The true ship by gain pair, then the networks by member with the gain pairs as lanes.
+  RandomStream random(seed, "particles of the gain sweep");
+  const std::vector<int> member_of = ensemble::shared_out(static_cast<std::size_t>(particles), members, random);
+  // First a run for each member; with a disturbance, its further particles behind.
+  std::vector<DisturbedMember> driven;
+  std::vector<double> weight(members, 0.0);  // particles that a run stands for
+  for (std::size_t m = 0; m < members; ++m) driven.push_back({static_cast<int>(m), std::nullopt});
+  for (std::size_t p = 0; p < member_of.size(); ++p) {
+    const auto m = static_cast<std::size_t>(member_of[p]);
+    if (disturbance.is_zero() || weight[m] == 0.0) {
+      weight[m] += 1.0;
+      if (!disturbance.is_zero()) driven[m].particle = p;
+    } else {
+      driven.push_back({member_of[p], p});
+      weight.push_back(1.0);
+    }
+  }
+
+  // The true ship by gain pair, then the networks by run with the gain pairs as lanes.
   Lanes true_lanes(ship, gains, task, keep_runs);
   parallel_for(gains.size(), jobs, [&](std::size_t lane) { run_true_ship(ship, task, lane, steps, true_lanes); });
-  std::vector<Lanes> member_lanes(members, Lanes(ship, gains, task, keep_runs));
-  parallel_for(members, jobs, [&](std::size_t m) {
-    run_member(ensemble, static_cast<int>(m), task, gains.size(), steps, member_lanes[m]);
+  std::vector<Lanes> lanes(driven.size(), Lanes(ship, gains, task, keep_runs));
+  parallel_for(driven.size(), jobs, [&](std::size_t i) {
+    run_member(ensemble, driven[i], task, disturbance, seed, gains.size(), steps, lanes[i]);
   });
-
-  RandomStream random(seed, "particles of the gain sweep");
-  std::vector<int> drawn(members, 0);  // particles of each member
-  for (const int m : ensemble::shared_out(static_cast<std::size_t>(particles), members, random))
-    ++drawn[static_cast<std::size_t>(m)];
 
   std::vector<SweepResult> results(gains.size());
   for (std::size_t i = 0; i < gains.size(); ++i) {
@@ -151,18 +176,20 @@ std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& en
     result.score_true = true_lanes.scores[i];
     result.score_best = INFINITY;
     if (keep_runs) result.run_true = std::move(true_lanes.runs[i]);
-    for (std::size_t m = 0; m < members; ++m) {
-      const double score = member_lanes[m].scores[i];
-      result.score_members.push_back(score);
-      if (keep_runs) result.runs.push_back(std::move(member_lanes[m].runs[i]));
-      if (drawn[m] == 0) continue;
+    for (std::size_t k = 0; k < driven.size(); ++k) {
+      const double score = lanes[k].scores[i];
+      if (k < members) {
+        result.score_members.push_back(score);
+        if (keep_runs) result.runs.push_back(std::move(lanes[k].runs[i]));
+      }
+      if (weight[k] == 0.0) continue;
       result.score_worst = std::max(result.score_worst, score);
       result.score_best = std::min(result.score_best, score);
     }
     // From the best one up, so that rounding cannot put the mean of equal scores beside them.
     result.score_mean = result.score_best;
-    for (std::size_t m = 0; m < members; ++m)
-      result.score_mean += drawn[m] * (result.score_members[m] - result.score_best) / particles;
+    for (std::size_t k = 0; k < driven.size(); ++k)
+      if (weight[k] > 0.0) result.score_mean += weight[k] * (lanes[k].scores[i] - result.score_best) / particles;
   }
   return results;
 }

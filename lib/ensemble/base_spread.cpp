@@ -2,31 +2,43 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "dynamics/replay.hpp"
+#include "io/files.hpp"
 
 namespace leeway::ensemble {
 namespace {
 
 constexpr Eigen::Index kMostPoints = 20'000;  // that are looked at; more tell S no better
-constexpr double kDifference = 1e-4;          // of a coefficient's logarithm, for derivatives
-constexpr double kMostTheta = 1.0;            // of a coefficient's logarithm, where it is linearized
-constexpr double kLongestPart = 0.9;          // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
-constexpr int kLinearizations = 3;
-constexpr double kPriorOfLogS = 1.0;  // its standard deviation
+// Of a coefficient's logarithm, to either side, for derivatives: chords, since forces switch here and there, and a jump
+// within a smaller difference would pass for knowledge.
+constexpr double kDifference = 0.01;
+constexpr double kLongestPart = 0.9;  // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
+constexpr double kMostTheta = 1.0;    // of a coefficient's logarithm, where it is linearized
+constexpr int kNoiseFits = 7;         // linearizations along with which the noise is fitted
+// The first steps take what is stated at its word and the recordings for less than they are, lest a linearization lead
+// far astray: the filter's likelihood has other maxima.
+constexpr int kStatedSteps = 5;
+constexpr double kTemper = 0.25;  // share of the likelihood that counts, of one step by that of the next
+constexpr int kMostLinearizations = 20;
+constexpr double kLeastPart = 0.01;      // of a step that is too far
+constexpr double kThetaConverged = 0.1;  // change of a coefficient in posterior standard deviations
+constexpr double kPriorOfLogS = 1.0;     // its standard deviation
 
 using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-// A stretch, the inputs of its steps, and derivatives of the steps' ends.
+// A stretch with inputs that are linear between samples, and derivatives of its steps' ends.
 struct Track {
-  const Samples* samples;
-  std::vector<std::vector<StepInputs<double>>> inputs;  // of the parts of each step
+  Samples samples;
+  std::vector<std::vector<StepInputs<double>>> inputs;  // of the parts of each step, straight from sample to sample
+  Eigen::Index steps;
+  Eigen::Matrix3Xd path;  // velocities that it is linearized at: recorded at first, then filtered
   std::vector<Columns> by_theta;
   std::vector<Eigen::Matrix3d> by_state;
 };
@@ -36,37 +48,43 @@ struct Likelihood {
   Eigen::MatrixXd A;
   Eigen::VectorXd b;
   double rest = 0.0;
+  double here = 0.0;  // -2 log likelihood at theta_ itself
 };
 
 class SpreadFit {
  public:
-  SpreadFit(const TrainingData& data, const std::vector<Trajectory>& recordings)
+  SpreadFit(const TrainingData& data, const std::vector<Trajectory>& recordings, std::optional<double> spread)
       : data_(data), dt_s_(data.config.time_step_s) {
-    const double L_pp = data.base->ship().particulars.L_pp;
-    parts_ = static_cast<int>(std::ceil(dt_s_ / (kLongestPart * std::sqrt(L_pp / kGravity_mps2))));
-    std::map<std::string, RecordedInputs> inputs_of;
-    for (const Trajectory& recording : recordings)
-      inputs_of.emplace(recording.file, RecordedInputs(recording, data.base->ship(), InputInterpolation::linear));
+    constexpr int kGrid = 121;  // ln S from -3 to 3
+    if (spread)
+      log_S_ = {std::log(*spread)};
+    else
+      for (int i = 0; i < kGrid; ++i) log_S_.push_back(-3.0 + 6.0 * i / (kGrid - 1));
     const CoefficientLaw law = coefficient_law(data.base->ship());
     for (const UncertainCoefficient& c : law.coefficients) names_.push_back(c.name);
     const Eigen::LDLT<Eigen::MatrixXd> factors(law.covariance);
     root_ = factors.transpositionsP().transpose() * Eigen::MatrixXd(factors.matrixL());
     root_ = (root_ * factors.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal()).eval();
+    whitened_.compute(root_);
     theta_ = Eigen::VectorXd::Zero(law.covariance.rows());
+    const double L_pp = data.base->ship().particulars.L_pp;
+    parts_ = static_cast<int>(std::ceil(dt_s_ / (kLongestPart * std::sqrt(L_pp / kGravity_mps2))));
+    const double part_s = dt_s_ / parts_;
     Eigen::Index points = 0;
-    for (const Samples& samples : data.stretches) {
-      if (points >= kMostPoints) break;
-      const Eigen::Index size = std::min(samples.size(), kMostPoints - points);
-      points += size;
-      Track track{&samples, {}, {}, {}};
-      const RecordedInputs& inputs = inputs_of.at(samples.file);
-      const double part_s = dt_s_ / parts_;
-      for (Eigen::Index k = 0; k + 1 < size; ++k) {
-        track.inputs.emplace_back();
-        for (int part = 0; part < parts_; ++part)
-          track.inputs.back().push_back(inputs.step(samples.t_s(k) + part * part_s, part_s));
+    for (const Trajectory& recording : recordings) {
+      const RecordedInputs inputs(recording, data.base->ship(), InputInterpolation::linear);
+      for (const Samples& samples : data.stretches) {
+        if (samples.file != recording.file || points >= kMostPoints) continue;
+        const Eigen::Index size = std::min(samples.size(), kMostPoints - points);
+        points += size;
+        Track track{samples, {}, size - 1, samples.nu, {}, {}};
+        for (Eigen::Index k = 0; k < track.steps; ++k) {
+          track.inputs.emplace_back();
+          for (int part = 0; part < parts_; ++part)
+            track.inputs.back().push_back(inputs.step(samples.t_s(k) + part * part_s, part_s));
+        }
+        tracks_.push_back(std::move(track));
       }
-      tracks_.push_back(std::move(track));
     }
     // Noise at first as large as all that the base ship leaves over.
     for (int i = 0; i < 3; ++i)
@@ -74,14 +92,18 @@ class SpreadFit {
   }
 
   BaseSpreadEstimate run() {
-    for (int round = 0; round < kLinearizations; ++round) {
+    Posterior last;
+    for (int round = 0; round < kMostLinearizations; ++round) {
       linearize();
-      fit_noise();
-      theta_ = likeliest().cwiseMax(-kMostTheta).cwiseMin(kMostTheta);
+      if (round < kNoiseFits) fit_noise();
+      last = posterior(round < kStatedSteps ? std::pow(kTemper, kStatedSteps - round) : 1.0);
+      const Eigen::VectorXd before = theta_;
+      step_towards(last, round >= kStatedSteps);
+      const Eigen::VectorXd sd = last.covariance.diagonal().cwiseMax(1e-12).cwiseSqrt();
+      if (round >= kNoiseFits && ((theta_ - before).array() / sd.array()).abs().maxCoeff() < kThetaConverged) break;
     }
-    linearize();
-    fit_noise();
     BaseSpreadEstimate estimate;
+    estimate.covariance = last.covariance;
     const std::vector<double> weights = posterior_of_log_S(likelihood(log_noise_));
     estimate.low = quantile(weights, 0.05);
     estimate.spread = quantile(weights, 0.5);
@@ -93,9 +115,6 @@ class SpreadFit {
   }
 
  private:
-  static constexpr int kGrid = 121;  // ln S from -3 to 3
-  static double log_S(int i) { return -3.0 + 6.0 * i / (kGrid - 1); }
-
   Model<double> model_at(const Eigen::VectorXd& theta) const {
     Model<double> model = data_.base->model();
     std::vector<double> factors;
@@ -105,29 +124,34 @@ class SpreadFit {
   }
 
   // The velocity at the end of a step from what is recorded of the heading.
-  Vec3<double> step(const Model<double>& model, const Track& track, std::size_t k, const Vec3<double>& nu) const {
+  Vec3<double> step(const Model<double>& model, const Track& track, Eigen::Index k, const Vec3<double>& nu) const {
     ShipState<double> state;
-    state.eta(2) = track.samples->eta(2, static_cast<Eigen::Index>(k));
+    state.eta(2) = track.samples.eta(2, k);
     state.nu = nu;
-    for (const StepInputs<double>& part : track.inputs[k]) state = integrate(model, state, part, dt_s_ / parts_);
+    for (const StepInputs<double>& part : track.inputs[static_cast<std::size_t>(k)])
+      state = integrate(model, state, part, dt_s_ / parts_);
     return state.nu;
   }
 
   // The model at theta_, and derivatives along the recorded states.
   void linearize() {
     model_ = model_at(theta_);
+    const Eigen::Index n = theta_.size();
     std::vector<Model<double>> moved;
-    for (Eigen::Index i = 0; i < theta_.size(); ++i)
-      moved.push_back(model_at(theta_ + kDifference * Eigen::VectorXd::Unit(theta_.size(), i)));
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (const double side : {1.0, -1.0})
+        moved.push_back(model_at(theta_ + side * kDifference * Eigen::VectorXd::Unit(n, i)));
     for (Track& track : tracks_) {
       track.by_theta.clear();
       track.by_state.clear();
-      for (std::size_t k = 0; k < track.inputs.size(); ++k) {
-        const Vec3<double> nu = track.samples->nu.col(static_cast<Eigen::Index>(k));
+      for (Eigen::Index k = 0; k < track.steps; ++k) {
+        const Vec3<double> nu = track.path.col(k);
         const Vec3<double> end = step(*model_, track, k, nu);
-        Columns by_theta(3, theta_.size());
-        for (Eigen::Index i = 0; i < theta_.size(); ++i)
-          by_theta.col(i) = (step(moved[static_cast<std::size_t>(i)], track, k, nu) - end) / kDifference;
+        Columns by_theta(3, n);
+        for (Eigen::Index i = 0; i < n; ++i) {
+          const auto m = static_cast<std::size_t>(2 * i);
+          by_theta.col(i) = (step(moved[m], track, k, nu) - step(moved[m + 1], track, k, nu)) / (2.0 * kDifference);
+        }
         Eigen::Matrix3d by_state;
         for (int i = 0; i < 3; ++i) {
           const double h = 1e-3 * data_.config.sigma(i);
@@ -135,31 +159,41 @@ class SpreadFit {
         }
         if (!by_theta.allFinite() || !by_state.allFinite())
           throw NumericalError(fmt::format("{}: the base ship '{}' has no finite acceleration at t = {} s",
-                                           track.samples->file, data_.base->ship().name,
-                                           track.samples->t_s(static_cast<Eigen::Index>(k))));
+                                           track.samples.file, data_.base->ship().name, track.samples.t_s(k)));
         track.by_theta.push_back(std::move(by_theta));
         track.by_state.push_back(by_state);
       }
     }
   }
 
-  Likelihood likelihood(const Vec3<double>& log_noise) const {
+  // Paths that the filter finds with the likeliest coefficients: what noise is left in them is no part of the
+  // innovations that follow, which would bias the coefficients.
+  void follow() {
+    model_ = model_at(theta_);
+    std::vector<Eigen::Matrix3Xd> paths;
+    likelihood(log_noise_, &paths);
+    for (std::size_t i = 0; i < tracks_.size(); ++i) tracks_[i].path = std::move(paths[i]);
+  }
+
+  //   paths  nothing, or where the filtered velocities go
+  Likelihood likelihood(const Vec3<double>& log_noise, std::vector<Eigen::Matrix3Xd>* paths = nullptr) const {
     const Eigen::Index n = theta_.size();
     Likelihood sum{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0.0};
     const Eigen::Matrix3d R = data_.config.sigma.cwiseAbs2().asDiagonal();
     const Eigen::Matrix3d Q = ((2.0 * log_noise).array().exp() * dt_s_).matrix().asDiagonal();
     double c = 0.0;
     for (const Track& track : tracks_) {
-      Vec3<double> nu = track.samples->nu.col(0);
+      Vec3<double> nu = track.samples.nu.col(0);
+      if (paths != nullptr) paths->push_back(track.samples.nu);
       Eigen::Matrix3d P = R;
       Columns by_theta = Columns::Zero(3, n);
-      for (std::size_t k = 0; k < track.inputs.size(); ++k) {
+      for (Eigen::Index k = 0; k < track.steps; ++k) {
         const Vec3<double> end = step(*model_, track, k, nu);
         if (!end.allFinite()) break;
-        const Eigen::Matrix3d& F = track.by_state[k];
+        const Eigen::Matrix3d& F = track.by_state[static_cast<std::size_t>(k)];
         const Eigen::Matrix3d before = F * P * F.transpose() + Q;
-        const Columns moved = F * by_theta + track.by_theta[k];
-        const Vec3<double> e = track.samples->nu.col(static_cast<Eigen::Index>(k) + 1) - end;
+        const Columns moved = F * by_theta + track.by_theta[static_cast<std::size_t>(k)];
+        const Vec3<double> e = track.samples.nu.col(k + 1) - end;
         const Eigen::LLT<Eigen::Matrix3d> V(before + R);
         const Eigen::Matrix3d L = V.matrixL();
         c += V.solve(e).dot(e) + 2.0 * L.diagonal().array().log().sum();
@@ -168,6 +202,7 @@ class SpreadFit {
         sum.b += scaled.transpose() * V.matrixL().solve(e);
         const Eigen::Matrix3d gain = V.solve(before).transpose();
         nu = end + gain * e;
+        if (paths != nullptr) paths->back().col(k + 1) = nu;
         P = before - gain * before;
         P = (0.5 * (P + P.transpose())).eval();
         by_theta = moved - gain * moved;
@@ -175,6 +210,7 @@ class SpreadFit {
     }
     sum.A = Eigen::MatrixXd(sum.A.selfadjointView<Eigen::Lower>());
     // From differences to theta_ to theta itself.
+    sum.here = c;
     sum.rest = c + 2.0 * sum.b.dot(theta_) + theta_.dot(sum.A * theta_);
     sum.b += sum.A * theta_;
     return sum;
@@ -185,12 +221,11 @@ class SpreadFit {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(root_.transpose() * of.A * root_);
     const Eigen::ArrayXd values = eigen.eigenvalues().array().max(0.0);
     const Eigen::ArrayXd b2 = (eigen.eigenvectors().transpose() * (root_.transpose() * of.b)).array().square();
-    std::vector<double> result(kGrid);
-    for (int i = 0; i < kGrid; ++i) {
-      const double S2 = std::exp(2.0 * log_S(i));
-      result[static_cast<std::size_t>(i)] = 0.5 * (S2 * b2 / (1.0 + S2 * values)).sum() -
-                                            0.5 * (1.0 + S2 * values).log().sum() - 0.5 * of.rest -
-                                            0.5 * std::pow(log_S(i) / kPriorOfLogS, 2.0);
+    std::vector<double> result;
+    for (const double log_S : log_S_) {
+      const double S2 = std::exp(2.0 * log_S);
+      result.push_back(0.5 * (S2 * b2 / (1.0 + S2 * values)).sum() - 0.5 * (1.0 + S2 * values).log().sum() -
+                       0.5 * of.rest - 0.5 * std::pow(log_S / kPriorOfLogS, 2.0));
     }
     return result;
   }
@@ -236,29 +271,57 @@ class SpreadFit {
     return weights;
   }
 
-  static double quantile(const std::vector<double>& weights, double share) {
+  double quantile(const std::vector<double>& weights, double share) const {
     double below = 0.0;
-    for (int i = 0; i < kGrid; ++i)
-      if ((below += weights[static_cast<std::size_t>(i)]) >= share) return std::exp(log_S(i));
-    return std::exp(log_S(kGrid - 1));
+    for (std::size_t i = 0; i < log_S_.size(); ++i)
+      if ((below += weights[i]) >= share) return std::exp(log_S_[i]);
+    return std::exp(log_S_.back());
   }
 
-  // The likeliest coefficients with the likeliest S.
-  Eigen::VectorXd likeliest() const {
+  // The coefficients' normal law with the median of S.
+  struct Posterior {
+    Eigen::VectorXd mean;
+    Eigen::MatrixXd covariance;
+    double spread = 1.0;
+  };
+  //   share  of the likelihood that counts; S is 1 where it is not whole, if it is not given
+  Posterior posterior(double share) const {
     const Likelihood of = likelihood(log_noise_);
-    const double S = quantile(posterior_of_log_S(of), 0.5);
-    const Eigen::MatrixXd root = S * root_;
-    const Eigen::MatrixXd precision =
-        Eigen::MatrixXd::Identity(theta_.size(), theta_.size()) + root.transpose() * of.A * root;
-    return root * precision.ldlt().solve(root.transpose() * of.b);
+    const double spread = share < 1.0 && log_S_.size() > 1 ? 1.0 : quantile(posterior_of_log_S(of), 0.5);
+    const Eigen::MatrixXd root = spread * root_;
+    const Eigen::LDLT<Eigen::MatrixXd> precision(Eigen::MatrixXd::Identity(theta_.size(), theta_.size()) +
+                                                 share * root.transpose() * of.A * root);
+    const Eigen::MatrixXd covariance = root * precision.solve(root.transpose());
+    return {share * covariance * of.b, 0.5 * (covariance + covariance.transpose()), spread};
+  }
+
+  // To the posterior's mean, or a part of the way where that is less likely than here: linearizations reach so far
+  // only.
+  void step_towards(const Posterior& posterior, bool checks) {
+    const Eigen::VectorXd from = theta_, step = posterior.mean.cwiseMax(-kMostTheta).cwiseMin(kMostTheta) - from;
+    const double before = cost(posterior.spread);
+    for (double part = 1.0; part > kLeastPart; part *= 0.5) {
+      theta_ = from + part * step;
+      if (!checks || cost(posterior.spread) <= before) break;
+    }
+    follow();
+  }
+
+  // -2 log posterior of the coefficients at theta_, by the filter itself.
+  double cost(double spread) {
+    model_ = model_at(theta_);
+    const double cost = likelihood(log_noise_).here + whitened_.solve(theta_).squaredNorm() / (spread * spread);
+    return std::isfinite(cost) ? cost : INFINITY;
   }
 
   const TrainingData& data_;
   double dt_s_;
   int parts_ = 1;  // of a step
   std::vector<std::string> names_;
-  Eigen::MatrixXd root_;  // root_ root_' is the stated covariance
+  Eigen::MatrixXd root_;                                              // root_ root_' is the stated covariance
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whitened_;  // of root_
   Eigen::VectorXd theta_;
+  std::vector<double> log_S_;  // of which the evidence is computed
   Vec3<double> log_noise_ = Vec3<double>::Zero();
   std::optional<Model<double>> model_;
   std::vector<Track> tracks_;
@@ -266,9 +329,31 @@ class SpreadFit {
 
 }  // namespace
 
-BaseSpreadEstimate infer_base_spread(const TrainingData& data, std::vector<Trajectory> recordings) {
+BaseSpreadEstimate infer_base_spread(const TrainingData& data, std::vector<Trajectory> recordings,
+                                     std::optional<double> spread) {
   data.base->prepare(recordings);
-  return SpreadFit(data, recordings).run();
+  return SpreadFit(data, recordings, spread).run();
+}
+
+std::shared_ptr<const BaseModel> calibrated(const BaseModel& base, const BaseSpreadEstimate& by) {
+  Ship ship = base.ship();
+  ship.name += "-calibrated";
+  ship.multiply(by.factors);
+  Ship::JointUncertainty joint{{}, by.covariance};
+  for (const CoefficientFactor& factor : by.factors) joint.names.push_back(factor.name);
+  joint.matrix.diagonal() = joint.matrix.diagonal().cwiseMax(kLogSdRange.low * kLogSdRange.low);
+  io::Json json =
+      multiplied(io::parse_json(base.text(), base.ship().file), by.factors,
+                 fmt::format("fitted to recordings from '{}', whose stated uncertainty times {:.3g} was the "
+                             "prior",
+                             base.ship().name, by.spread));
+  json["name"] = ship.name;
+  io::Json matrix = io::Json::array();
+  for (const auto& row : joint.matrix.rowwise()) matrix.push_back(std::vector<double>(row.begin(), row.end()));
+  json["coefficient_covariance"] = {
+      {"source", "what the recordings leave open"}, {"names", joint.names}, {"matrix", matrix}};
+  ship.coefficient_covariance = std::move(joint);
+  return std::make_shared<const BaseModel>(std::move(ship), io::to_text(json));
 }
 
 }  // namespace leeway::ensemble

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "ensemble/training_data.hpp"
 
 namespace leeway::ensemble {
@@ -9,7 +11,8 @@ struct BaseSpreadEstimate {
   double spread = 1.0;                     ///< median of S
   double low = 0.0, high = 0.0;            ///< its 5 and 95 % quantiles
   Vec3<double> acceleration_noise;         ///< [m/s^2 s^0.5, ..., rad/s^2 s^0.5]: what no coefficient explains
-  std::vector<CoefficientFactor> factors;  ///< the likeliest coefficients, for information
+  std::vector<CoefficientFactor> factors;  ///< the likeliest coefficients, over those of the base ship
+  Eigen::MatrixXd covariance;              ///< of the factors' logarithms, given S: what the recordings leave open
 };
 
 /// The one scale S of all stated standard deviations of the base ship's coefficients, by marginal likelihood: a Kalman
@@ -20,6 +23,12 @@ struct BaseSpreadEstimate {
 /// is meant, within a factor of three or so.
 ///   data        prepared with the base ship itself
 ///   recordings  those of the data
-BaseSpreadEstimate infer_base_spread(const TrainingData& data, std::vector<Trajectory> recordings);
+///   spread      S where it is given; else inferred
+BaseSpreadEstimate infer_base_spread(const TrainingData& data, std::vector<Trajectory> recordings,
+                                     std::optional<double> spread = std::nullopt);
+
+/// The base ship with the likeliest coefficients, its file stating as `coefficient_covariance` what the recordings
+/// leave open of them: draws from it are draws from the posterior.
+std::shared_ptr<const BaseModel> calibrated(const BaseModel& base, const BaseSpreadEstimate& by);
 
 }  // namespace leeway::ensemble

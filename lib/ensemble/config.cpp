@@ -56,6 +56,10 @@ void check_follows_paper(const io::JsonObject& object, const TrainingConfig& c) 
       {"optimizer", c.optimizer == Optimizer::adam},
       {"batch_size", c.batch_size == paper.batch_size},
       {"base_spread", c.base_spread == paper.base_spread},
+      {"fit_base", c.fit_base == paper.fit_base},
+      {"inputs_between_samples", c.inputs == paper.inputs},
+      {"bootstrap", !c.bootstrap},
+      {"calibration", !c.calibration},
       {"integrator_predict", c.integrator_predict == paper.integrator_predict},
       {"state_resampling", c.resampling == paper.resampling},
       {"time_step_s, sigma or epochs", is_scale(1.0, 0.1, 20000) || is_scale(7.0, 0.01, 100000)}};
@@ -113,6 +117,17 @@ TrainingConfig training_config_from(const io::JsonObject& object) {
   if (object.has("state_resampling"))
     c.resampling = object.word("state_resampling", {"decimate", "average"}) == "average" ? StateResampling::average
                                                                                          : StateResampling::decimate;
+  if (object.has("inputs_between_samples"))
+    c.inputs =
+        object.word("inputs_between_samples", {"held", "linear"}) == "linear" ? InputPath::linear : InputPath::held;
+  c.fit_base = object.flag_or("fit_base", c.fit_base);
+  c.bootstrap = object.flag_or("bootstrap", c.bootstrap);
+  if (const auto calibration = object.object_if("calibration")) {
+    c.calibration.emplace();
+    c.calibration->folds = whole(*calibration, "folds", c.calibration->folds, 2);
+    c.calibration->members = whole(*calibration, "members", c.calibration->members, 2);
+    calibration->check_all_known();
+  }
   if (object.has("follows")) {
     c.follows = object.word("follows", {"paper"});
     check_follows_paper(object, c);
@@ -163,6 +178,10 @@ io::Json to_json(const TrainingConfig& c) {
       {"state_resampling", c.resampling == StateResampling::average ? "average" : "decimate"}};
   if (!c.follows.empty()) json["follows"] = c.follows;
   if (c.base_spread != 0.0) json["base_spread"] = c.base_spread ? io::Json(*c.base_spread) : io::Json("auto");
+  if (c.fit_base) json["fit_base"] = true;
+  if (c.inputs != InputPath::held) json["inputs_between_samples"] = c.inputs == InputPath::linear ? "linear" : "fitted";
+  if (c.bootstrap) json["bootstrap"] = true;
+  if (c.calibration) json["calibration"] = {{"folds", c.calibration->folds}, {"members", c.calibration->members}};
   if (!c.curriculum.empty()) {
     io::Json stages = io::Json::array();
     for (const CurriculumStage& stage : c.curriculum)

@@ -30,6 +30,14 @@ struct CurriculumStage {
   friend bool operator==(const CurriculumStage&, const CurriculumStage&) = default;
 };
 
+/// What cross_fit() holds out, and how many networks it trains for each part.
+struct CrossFitConfig {
+  int folds = 4;
+  int members = 6;
+
+  friend bool operator==(const CrossFitConfig&, const CrossFitConfig&) = default;
+};
+
 /// How an ensemble is trained: the keys of configs/train/*.json. The defaults are the ensemble paper's.
 struct TrainingConfig {
   /// "paper": method and numbers are those of the ensemble paper at one of its two scales, which reading has checked.
@@ -54,11 +62,19 @@ struct TrainingConfig {
   /// What the stated uncertainty of a base ship is multiplied by, where members learn on draws from it; 0: all on the
   /// ship itself; nothing: inferred from the recordings (base_spread.hpp).
   std::optional<double> base_spread = 0.0;
+  /// The base ship is fitted to the recordings first, and members are drawn from what these leave open of what it
+  /// states.
+  bool fit_base = false;
   bool initial_state_net = true;
   /// Size of the initial-state network's unit output for (x0, y0 [m], psi [rad]); for velocities it is sigma.
   Vec3<double> pose_scale{0.03, 0.03, 0.1 * kDegree};
   Integrator integrator_predict = Integrator::rk4;
   StateResampling resampling = StateResampling::decimate;
+  /// With linear paths particles draw what these leave open of the inputs' means.
+  InputPath inputs = InputPath::held;
+  bool bootstrap = false;  ///< each member learns on as many recordings, drawn with replacement
+  /// Disturbance, sensor noise and radii by cross-fitting, once all members are trained; nothing: none.
+  std::optional<CrossFitConfig> calibration = std::nullopt;
 };
 
 /// Reads and checks a training config (path, "-" or the name of a shipped one). Throws InputError.

@@ -20,6 +20,8 @@ namespace {
 constexpr const char* kIndexFile = "ensemble.json";
 constexpr const char* kMemberPrefix = "member-";
 constexpr const char* kBaseFile = "base-ship.json";
+constexpr const char* kStatedFile = "stated-ship.json";
+constexpr const char* kCalibrationFile = "calibration.json";
 
 io::Json spreads_to_json(const std::vector<Spread>& spreads) {
   io::Json result = io::Json::array();
@@ -75,6 +77,7 @@ io::Json training_to_json(const EnsembleHeader& h) {
     for (const Channel channel : h.inputs.base_actuators) of_base.push_back(column_name(channel));
     json["base"] = {{"ship", kBaseFile}, {"name", h.base->name}, {"sha256", h.base->sha256}, {"actuators", of_base}};
     if (h.base->spread > 0.0) json["base"]["spread"] = h.base->spread;
+    if (!h.base->stated_sha256.empty()) json["base"]["fitted_from"] = h.base->stated_sha256;
   }
   return json;
 }
@@ -103,18 +106,21 @@ std::shared_ptr<const BaseModel> read_base_file(const std::string& path, const s
 
 EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files) {
   EnsembleHeader header{data.config, data.inputs, seed, std::move(files), std::nullopt, ""};
-  if (data.base) header.base = {data.base->ship().name, data.base->sha256(), data.base_spread};
+  if (data.base)
+    header.base = {data.base->ship().name, data.base->sha256(), data.base_spread,
+                   data.stated ? data.stated->sha256() : std::string()};
   header.training_id = hash_of(training_to_json(header));
   return header;
 }
 
 void write_header(const std::string& folder, const EnsembleHeader& header, const io::Json& provenance,
-                  const BaseModel* base) {
-  if (base != nullptr) {
-    io::write_text(base_path(folder), base->text());
-  } else {
+                  const BaseModel* base, const BaseModel* stated) {
+  for (const auto& [ship, file] : {std::pair(base, base_path(folder)), std::pair(stated, stated_path(folder))}) {
     std::error_code error;
-    fs::remove(base_path(folder), error);  // of an earlier training
+    if (ship != nullptr)
+      io::write_text(file, ship->text());
+    else
+      fs::remove(file, error);  // of an earlier training
   }
   io::Json members = io::Json::array();
   for (int k = 0; k < header.config.members; ++k)
@@ -178,7 +184,8 @@ std::optional<EnsembleHeader> read_header(const std::string& folder, bool option
   }
   if (const auto base = training.object_if("base")) {
     base->word("ship", {kBaseFile});
-    h.base = {base->text("name"), base->text("sha256"), base->number_or("spread", 0.0, io::kPositive)};
+    h.base = {base->text("name"), base->text("sha256"), base->number_or("spread", 0.0, io::kPositive),
+              base->text_or("fitted_from", "")};
     for (const std::string& name : base->texts("actuators"))
       h.inputs.base_actuators.push_back(channel_from(*base, "actuators", name));
     base->check_all_known();
@@ -200,21 +207,35 @@ std::optional<EnsembleHeader> read_header(const std::string& folder, bool option
 
 bool is_model_file(const std::string& path) {
   const std::string name = fs::path(path).filename().string();
-  return name == kIndexFile || name == kBaseFile || name.starts_with(kMemberPrefix);
+  return name == kIndexFile || name == kBaseFile || name == kStatedFile || name == kCalibrationFile ||
+         name.starts_with(kMemberPrefix);
 }
 
 std::string base_path(const std::string& folder) { return (fs::path(folder) / kBaseFile).string(); }
 
+std::string stated_path(const std::string& folder) { return (fs::path(folder) / kStatedFile).string(); }
+
+std::string calibration_path(const std::string& folder) { return (fs::path(folder) / kCalibrationFile).string(); }
+
 bool has_base_file(const std::string& folder, const EnsembleHeader& header) {
-  std::error_code error;
-  const std::string path = base_path(folder);
-  return !header.base || (fs::exists(path, error) && io::sha256(io::read_text(path)) == header.base->sha256);
+  const auto holds = [](const std::string& path, const std::string& sha256) {
+    std::error_code error;
+    return fs::exists(path, error) && io::sha256(io::read_text(path)) == sha256;
+  };
+  if (!header.base) return true;
+  const std::string& stated = header.base->stated_sha256;
+  return holds(base_path(folder), header.base->sha256) && (stated.empty() || holds(stated_path(folder), stated));
 }
 
 std::shared_ptr<const BaseModel> read_base(const std::string& folder, const EnsembleHeader& header) {
   if (!header.base) return nullptr;
   return read_base_file(base_path(folder), header.base->sha256,
                         fmt::format("'{}' that the members were trained with", header.base->name));
+}
+
+std::shared_ptr<const BaseModel> read_given_base(const std::string& folder, const EnsembleHeader& header) {
+  if (!header.base || header.base->stated_sha256.empty()) return read_base(folder, header);
+  return read_base_file(stated_path(folder), header.base->stated_sha256, "that the training was given");
 }
 
 std::shared_ptr<const BaseModel> read_own_base(const std::string& folder, const Member& member) {

@@ -13,8 +13,9 @@ namespace leeway::ensemble {
 
 /// The base model of an ensemble; its ship lies beside ensemble.json.
 struct BaseRecord {
-  std::string name, sha256;  ///< of the ship, and of its file
-  double spread = 0.0;       ///< of the members' own ships: TrainingData::base_spread
+  std::string name, sha256;        ///< of the ship, and of its file
+  double spread = 0.0;             ///< of the members' own ships: TrainingData::base_spread
+  std::string stated_sha256 = {};  ///< of the file of the ship that it was fitted from; empty where it was not
 
   friend bool operator==(const BaseRecord&, const BaseRecord&) = default;
 };
@@ -34,22 +35,25 @@ struct EnsembleHeader {
 EnsembleHeader make_header(const TrainingData& data, std::uint64_t seed, std::vector<TrainingFile> files);
 
 /// <folder>/ensemble.json, and the ship of the base model, if there is one, in base_path().
-///   base  that of the header
+///   base, stated  those of the header
 void write_header(const std::string& folder, const EnsembleHeader& header, const io::Json& provenance,
-                  const BaseModel* base = nullptr);
+                  const BaseModel* base = nullptr, const BaseModel* stated = nullptr);
 /// Throws InputError or IoError; nothing where the file does not exist and `optional`.
 std::optional<EnsembleHeader> read_header(const std::string& folder, bool optional = false);
 
 /// Whether a path is that of a file that a training writes or removes in its folder.
 bool is_model_file(const std::string& path);
 
-/// <folder>/base-ship.json.
+/// <folder>/base-ship.json, and the ship that it was fitted from.
 std::string base_path(const std::string& folder);
-/// Whether that file is the header's; also where there is no base.
+std::string stated_path(const std::string& folder);
+/// Whether these files are the header's; also where there is no base.
 bool has_base_file(const std::string& folder, const EnsembleHeader& header);
 /// The base model of the ensemble in the folder, or nothing. Throws InputError where the file is not the one that the
 /// members were trained with.
 std::shared_ptr<const BaseModel> read_base(const std::string& folder, const EnsembleHeader& header);
+/// The ship that was given to the training, before any fit, or nothing. Throws as read_base().
+std::shared_ptr<const BaseModel> read_given_base(const std::string& folder, const EnsembleHeader& header);
 /// The member's own ship, or nothing. Throws as read_base().
 std::shared_ptr<const BaseModel> read_own_base(const std::string& folder, const Member& member);
 
@@ -57,6 +61,8 @@ std::shared_ptr<const BaseModel> read_own_base(const std::string& folder, const 
 std::string member_path(const std::string& folder, int number);
 std::string member_ship_path(const std::string& folder, int number);
 std::string checkpoint_path(const std::string& folder, int number);
+/// <folder>/calibration.json (calibration.hpp).
+std::string calibration_path(const std::string& folder);
 
 ///   before_rename  as for io::OutputFile::commit()
 void write_member(const std::string& folder, const Member& member, const EnsembleHeader& header,

@@ -72,6 +72,7 @@ void remove_training(const std::string& folder) {
   refuse_owners(folder);
   io::remove_output((fs::path(folder) / "ensemble.json").string());
   std::error_code error;
+  fs::remove(calibration_path(folder), error);
   for (const std::string& file : io::files_in(folder))
     for (const char* ending : {".json", ".checkpoint", ".owner", ".tmp"})
       if (member_of(file, ending)) fs::remove(file, error);

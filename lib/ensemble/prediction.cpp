@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -32,11 +33,16 @@ class Columns {
   }
 
   // Column i is moved by what the recording of the task holds at its point k.
-  void hold(Eigen::Index i, const SequenceTask& task, Eigen::Index k) {
+  //   open  shares of what is open of the inputs that come on top; empty: none
+  void hold(Eigen::Index i, const SequenceTask& task, Eigen::Index k, const Eigen::VectorXd& open) {
     const Samples& samples = *task.samples;
     const Eigen::Index at = task.range.begin + k;
     actuators_.col(i) = samples.actuators.col(at);
     true_wind_.col(i) = samples.true_wind.col(at);
+    if (open.size() > 0) {
+      actuators_.col(i) += samples.actuators_open.col(at).cwiseProduct(open.head(channels_));
+      true_wind_.col(i) += samples.true_wind_open.col(at).cwiseProduct(open.tail<2>());
+    }
     t_s_(i) = samples.t_s(at);
   }
 
@@ -54,6 +60,15 @@ class Columns {
   Eigen::RowVectorXd t_s_;
 };
 
+// A column of states on its way: the member that moves it, its state's column at the point before, and the particle
+// whose disturbance it has.
+struct ParticleColumn {
+  static constexpr int kShared = -1;  // by particles without one
+  int member, state, particle;
+
+  friend auto operator<=>(const ParticleColumn&, const ParticleColumn&) = default;
+};
+
 // The particles of one sequence on their way.
 class Particles {
  public:
@@ -61,10 +76,12 @@ class Particles {
       : task_(&task),
         members_(static_cast<std::size_t>(ensemble.members())),
         random_(options.seed, "members of particles of " + task.samples->recording, task.sequence),
-        particles_(static_cast<std::size_t>(options.particles)) {
+        particles_(static_cast<std::size_t>(options.particles)),
+        each_alone_(options.particles_differ()) {
     prediction.eta.emplace_back(task.samples->eta.col(task.range.begin));
     prediction.nu.emplace_back(task.samples->nu.col(task.range.begin));
     prediction.state.emplace_back(particles_, 0);
+    if (each_alone_) draw_noise(options);
     draw();
     prediction.member.push_back(member_);
   }
@@ -75,24 +92,37 @@ class Particles {
   // Each particle draws the member that moves it from now on.
   void draw() { member_ = shared_out(particles_, members_, random_); }
 
-  // Makes room for the next point. Particles that share state and member are one column of it, sorted by member;
-  // returns these pairs (member, state).
-  const std::vector<std::pair<int, int>>& begin_step() {
+  // Makes room for the next point. Particles that share state and member are one column of it, sorted by member, unless
+  // each has its own disturbance.
+  const std::vector<ParticleColumn>& begin_step() {
     const std::vector<int>& state = prediction.state.back();
-    std::vector<std::pair<int, int>> pairs(particles_);
-    for (std::size_t p = 0; p < particles_; ++p) pairs[p] = {member_[p], state[p]};
-    distinct_ = pairs;
+    std::vector<ParticleColumn> columns(particles_);
+    for (std::size_t p = 0; p < particles_; ++p)
+      columns[p] = {member_[p], state[p], each_alone_ ? static_cast<int>(p) : ParticleColumn::kShared};
+    distinct_ = columns;
     std::sort(distinct_.begin(), distinct_.end());
     distinct_.erase(std::unique(distinct_.begin(), distinct_.end()), distinct_.end());
     std::vector<int> next(particles_);
     for (std::size_t p = 0; p < particles_; ++p)
-      next[p] = static_cast<int>(std::lower_bound(distinct_.begin(), distinct_.end(), pairs[p]) - distinct_.begin());
+      next[p] = static_cast<int>(std::lower_bound(distinct_.begin(), distinct_.end(), columns[p]) - distinct_.begin());
     prediction.state.push_back(std::move(next));
     prediction.member.push_back(member_);
     const auto n = static_cast<Eigen::Index>(distinct_.size());
     prediction.eta.emplace_back(3, n);
     prediction.nu.emplace_back(3, n);
     return distinct_;
+  }
+
+  // What a column's disturbance adds to (u, v_m, r) over the step from point k.
+  Vec3<double> disturbed(const ParticleColumn& column, Eigen::Index k) const {
+    if (!each_alone_) return Vec3<double>::Zero();
+    return task_->samples->dt_s * disturbance_[static_cast<std::size_t>(k)].col(column.particle);
+  }
+
+  // Its shares of what is open of the inputs; none where there are no draws.
+  Eigen::VectorXd open_inputs(const ParticleColumn& column) const {
+    if (open_inputs_.size() == 0) return {};
+    return open_inputs_.col(column.particle);
   }
 
   // Looks for states that are none, and for particles far out.
@@ -118,25 +148,48 @@ class Particles {
   SequencePrediction prediction;
 
  private:
+  // A path of the disturbance and an initial velocity for each particle.
+  void draw_noise(const PredictionOptions& options) {
+    const Samples& samples = *task_->samples;
+    RandomStream random(options.seed, "disturbance of particles of " + samples.recording, task_->sequence);
+    const auto n = static_cast<Eigen::Index>(particles_);
+    if (options.draws_inputs) open_inputs_.resize(samples.actuators.rows() + 2, n);
+    disturbance_.assign(static_cast<std::size_t>(steps()), Eigen::Matrix3Xd(3, n));
+    prediction.eta.front() = prediction.eta.front().replicate(1, n).eval();
+    prediction.nu.front() = prediction.nu.front().replicate(1, n).eval();
+    for (Eigen::Index p = 0; p < n; ++p) {
+      for (int i = 0; i < 3; ++i) prediction.nu.front()(i, p) += options.initial_sd(i) * random.normal();
+      prediction.state.front()[static_cast<std::size_t>(p)] = static_cast<int>(p);
+      DisturbancePath path(options.disturbance, samples.dt_s, random);
+      for (Eigen::Matrix3Xd& at : disturbance_) at.col(p) = path.next(random);
+      if (options.draws_inputs)
+        for (double& x : open_inputs_.col(p)) x = random.uniform(-0.5, 0.5);
+    }
+  }
+
   const SequenceTask* task_;
   std::size_t members_;
   RandomStream random_;
   std::size_t particles_;
+  bool each_alone_;
   std::vector<int> member_;
-  std::vector<std::pair<int, int>> distinct_;
+  std::vector<ParticleColumn> distinct_;
+  std::vector<Eigen::Matrix3Xd> disturbance_;  // accelerations of each step; empty where there is none
+  Eigen::MatrixXd open_inputs_;                // shares of what is open, a column for each particle
 };
 
 // TS-infinity: a member's trajectories through all sequences, from begin to end.
 void propagate_member(Columns& columns, int member, std::vector<Particles>& sequences,
-                      const std::vector<std::vector<std::pair<int, int>>>& first) {
+                      const std::vector<std::vector<ParticleColumn>>& first) {
   struct Lane {
     std::size_t sequence;
     Eigen::Index column;
+    ParticleColumn of;
   };
   std::vector<Lane> lanes;
   for (std::size_t s = 0; s < sequences.size(); ++s)
     for (std::size_t i = 0; i < first[s].size(); ++i)
-      if (first[s][i].first == member) lanes.push_back({s, static_cast<Eigen::Index>(i)});
+      if (first[s][i].member == member) lanes.push_back({s, static_cast<Eigen::Index>(i), first[s][i]});
   // The longest first: those on the way are always the first ones.
   std::stable_sort(lanes.begin(), lanes.end(), [&](const Lane& a, const Lane& b) {
     return sequences[a.sequence].steps() > sequences[b.sequence].steps();
@@ -144,19 +197,21 @@ void propagate_member(Columns& columns, int member, std::vector<Particles>& sequ
   columns.resize(lanes.size());
   for (std::size_t i = 0; i < lanes.size(); ++i) {
     const SequencePrediction& prediction = sequences[lanes[i].sequence].prediction;
-    columns.eta.col(static_cast<Eigen::Index>(i)) = prediction.eta.front().col(0);
-    columns.nu.col(static_cast<Eigen::Index>(i)) = prediction.nu.front().col(0);
+    columns.eta.col(static_cast<Eigen::Index>(i)) = prediction.eta.front().col(lanes[i].of.state);
+    columns.nu.col(static_cast<Eigen::Index>(i)) = prediction.nu.front().col(lanes[i].of.state);
   }
   for (Eigen::Index k = 0;; ++k) {
     while (!lanes.empty() && sequences[lanes.back().sequence].steps() <= k) lanes.pop_back();
     if (lanes.empty()) return;
     columns.resize(lanes.size());
     for (std::size_t i = 0; i < lanes.size(); ++i)
-      columns.hold(static_cast<Eigen::Index>(i), sequences[lanes[i].sequence].task(), k);
+      columns.hold(static_cast<Eigen::Index>(i), sequences[lanes[i].sequence].task(), k,
+                   sequences[lanes[i].sequence].open_inputs(lanes[i].of));
     columns.step(sequences[lanes.front().sequence].task().samples->dt_s);
     for (std::size_t i = 0; i < lanes.size(); ++i) {
       SequencePrediction& prediction = sequences[lanes[i].sequence].prediction;
       const auto point = static_cast<std::size_t>(k + 1);
+      columns.nu.col(static_cast<Eigen::Index>(i)) += sequences[lanes[i].sequence].disturbed(lanes[i].of, k);
       prediction.eta[point].col(lanes[i].column) = columns.eta.col(static_cast<Eigen::Index>(i));
       prediction.nu[point].col(lanes[i].column) = columns.nu.col(static_cast<Eigen::Index>(i));
     }
@@ -167,32 +222,34 @@ void propagate_member(Columns& columns, int member, std::vector<Particles>& sequ
 void propagate_step(std::vector<Columns>& columns, std::vector<Particles>& sequences, Eigen::Index k) {
   struct Lane {
     Particles* particles;
-    Eigen::Index state, column;
+    ParticleColumn of;
+    Eigen::Index column;
   };
   std::vector<std::vector<Lane>> lanes(columns.size());
   for (Particles& particles : sequences) {
     if (k >= particles.steps()) continue;
     if (k > 0) particles.draw();
     Eigen::Index column = 0;
-    for (const auto& [member, state] : particles.begin_step())
-      lanes[static_cast<std::size_t>(member)].push_back({&particles, state, column++});
+    for (const ParticleColumn& of : particles.begin_step())
+      lanes[static_cast<std::size_t>(of.member)].push_back({&particles, of, column++});
   }
   const auto point = static_cast<std::size_t>(k);
   for (std::size_t m = 0; m < columns.size(); ++m) {
     if (lanes[m].empty()) continue;
     columns[m].resize(lanes[m].size());
     for (std::size_t i = 0; i < lanes[m].size(); ++i) {
-      const auto [particles, state, column] = lanes[m][i];
+      const auto& [particles, of, column] = lanes[m][i];
       const auto at = static_cast<Eigen::Index>(i);
-      columns[m].eta.col(at) = particles->prediction.eta[point].col(state);
-      columns[m].nu.col(at) = particles->prediction.nu[point].col(state);
-      columns[m].hold(at, particles->task(), k);
+      columns[m].eta.col(at) = particles->prediction.eta[point].col(of.state);
+      columns[m].nu.col(at) = particles->prediction.nu[point].col(of.state);
+      columns[m].hold(at, particles->task(), k, particles->open_inputs(of));
     }
     columns[m].step(lanes[m].front().particles->task().samples->dt_s);
     for (std::size_t i = 0; i < lanes[m].size(); ++i) {
-      const auto [particles, state, column] = lanes[m][i];
-      particles->prediction.eta[point + 1].col(column) = columns[m].eta.col(static_cast<Eigen::Index>(i));
-      particles->prediction.nu[point + 1].col(column) = columns[m].nu.col(static_cast<Eigen::Index>(i));
+      const auto& [particles, of, column] = lanes[m][i];
+      const auto at = static_cast<Eigen::Index>(i);
+      particles->prediction.eta[point + 1].col(column) = columns[m].eta.col(at);
+      particles->prediction.nu[point + 1].col(column) = columns[m].nu.col(at) + particles->disturbed(of, k);
     }
   }
 }
@@ -227,11 +284,11 @@ std::vector<SequencePrediction> predict_sequences(EnsembleEvaluator& evaluator, 
     for (Eigen::Index k = 0; k + 1 < longest; ++k) propagate_step(columns, sequences, k);
   } else {
     // The columns of the first step are those of all others.
-    std::vector<std::vector<std::pair<int, int>>> first(sequences.size());
+    std::vector<std::vector<ParticleColumn>> first(sequences.size());
     for (std::size_t s = 0; s < sequences.size(); ++s)
       for (Eigen::Index k = 0; k < sequences[s].steps(); ++k) {
-        const std::vector<std::pair<int, int>>& pairs = sequences[s].begin_step();
-        if (k == 0) first[s] = pairs;
+        const std::vector<ParticleColumn>& distinct = sequences[s].begin_step();
+        if (k == 0) first[s] = distinct;
       }
     for (int m = 0; m < ensemble.members(); ++m)
       propagate_member(columns[static_cast<std::size_t>(m)], m, sequences, first);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/random.hpp"
+#include "ensemble/disturbance.hpp"
 #include "ensemble/evaluator.hpp"
 
 namespace leeway::ensemble {
@@ -19,6 +20,15 @@ struct PredictionOptions {
   Sampling sampling = Sampling::ts_infinity;
   Integrator integrator = Integrator::rk4;
   std::uint64_t seed = 1;
+  /// Each particle has a path of the disturbance of its own, and starts from a velocity of its own: the recorded one
+  /// and a normal error with these standard deviations (u, v_m [m/s], r [rad/s]).
+  Disturbance disturbance = {};
+  Vec3<double> initial_sd = Vec3<double>::Zero();
+  /// Each particle draws where its inputs are between two samples (Samples::actuators_open): a share of their changes
+  /// from -0.5 to 0.5 for each input, the same all the way.
+  bool draws_inputs = false;
+
+  bool particles_differ() const { return !disturbance.is_zero() || !initial_sd.isZero(0.0) || draws_inputs; }
 };
 
 /// All particles of a sequence: at step k, particle p has the state `state[k][p]` (a column of eta[k], nu[k]) and was

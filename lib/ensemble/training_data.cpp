@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -118,8 +119,8 @@ void find_residuals(TrainingData& data) {
 void add_stretches(const std::vector<Trajectory>& recordings, const std::string& all_files, TrainingData& data) {
   const TrainingConfig& config = data.config;
   for (const Trajectory& recording : recordings) {
-    std::vector<Samples> stretches =
-        resample(recording, data.inputs.sampled_actuators(), data.inputs.wind, config.time_step_s, config.resampling);
+    std::vector<Samples> stretches = resample(recording, data.inputs.sampled_actuators(), data.inputs.wind,
+                                              config.time_step_s, config.resampling, config.inputs);
     Eigen::Index points = 0;
     for (const Samples& s : stretches) points += s.size();
     const double seconds = static_cast<double>(points) * config.time_step_s;
@@ -228,6 +229,40 @@ void find_initial_state_spreads(const std::vector<std::vector<double>>& observat
                                     moments[j].varies() && moments[j].sd() > 0.0 ? moments[j].sd() : 1.0});
 }
 
+// All windows of whole training and of the curriculum, with what the initial-state network sees of them.
+void cut_all_windows(TrainingData& data, const std::string& all_files) {
+  const TrainingConfig& config = data.config;
+  std::vector<std::vector<double>> observations;
+  data.windows = cut_windows(data, config.steps, observations);
+  if (config.initial_state_net) {
+    if (data.inputs.initial_state.empty()) find_initial_state_spreads(observations, all_files, data);
+    standardize(data.inputs.initial_state, observations, data.windows);
+  }
+  data.curriculum.clear();
+  for (const CurriculumStage& stage : config.curriculum) {
+    observations.clear();
+    data.curriculum.push_back(cut_windows(data, stage.steps, observations));
+    standardize(data.inputs.initial_state, observations, data.curriculum.back());
+  }
+}
+
+// As many recordings as there are, drawn with replacement.
+void draw_recordings(RandomStream random, TrainingData& data) {
+  std::vector<std::string> names;
+  for (const Samples& samples : data.stretches)
+    if (std::ranges::find(names, samples.file) == names.end()) names.push_back(samples.file);
+  std::map<std::string, int> times;
+  for (std::size_t i = 0; i < names.size(); ++i) ++times[names[random.below(names.size())]];
+  const auto drawn = [&](const std::vector<Window>& windows) {
+    std::vector<Window> result;
+    for (const Window& window : windows)
+      result.insert(result.end(), static_cast<std::size_t>(times[data.stretches[window.stretch].file]), window);
+    return result;
+  };
+  data.windows = drawn(data.windows);
+  for (std::vector<Window>& windows : data.curriculum) windows = drawn(windows);
+}
+
 std::string name_of_all(const std::vector<Trajectory>& recordings) {
   if (recordings.empty()) return "";
   if (recordings.size() == 1) return recordings.front().file;
@@ -283,17 +318,7 @@ TrainingData prepare_training_data(std::vector<Trajectory> recordings, const Tra
   // Windows, and what the initial-state network sees of them.
   inputs.pose_in_initial_state =
       std::all_of(data.stretches.begin(), data.stretches.end(), [](const Samples& s) { return s.has_position; });
-  std::vector<std::vector<double>> observations;
-  data.windows = cut_windows(data, config.steps, observations);
-  if (config.initial_state_net) {
-    find_initial_state_spreads(observations, all_files, data);
-    standardize(inputs.initial_state, observations, data.windows);
-  }
-  for (const CurriculumStage& stage : config.curriculum) {
-    observations.clear();
-    data.curriculum.push_back(cut_windows(data, stage.steps, observations));
-    standardize(inputs.initial_state, observations, data.curriculum.back());
-  }
+  cut_all_windows(data, all_files);
   return data;
 }
 
@@ -305,11 +330,13 @@ ShipDraws draws_of_members(const TrainingData& data, std::uint64_t seed) {
 
 TrainingData data_of_member(const TrainingData& data, std::uint64_t seed, int number) {
   TrainingData own = data;
+  const auto index = static_cast<std::uint64_t>(number);
+  if (data.config.bootstrap) draw_recordings({seed, "recordings of a member", index}, own);
   if (data.base == nullptr || data.base_spread == 0.0) return own;
   int refused = 0;
   own.base = data.base->drawn(draws_of_members(data, seed), number, refused);
   own.has_drawn_base = true;
-  find_residuals(own);
+  if (!own.stated) find_residuals(own);  // draws of a fitted ship leave over what it does
   return own;
 }
 

@@ -29,7 +29,7 @@ struct ModelInputs {
   std::vector<Channel> actuators;      ///< the recorded actuator channels that vary
   bool wind = false;                   ///< whether the apparent wind is an input
   std::vector<Spread> inputs;          ///< u, v_m, r, the actuators, apparent wind x and y in ship axes
-  std::vector<Spread> accelerations;   ///< of u, v_m, r by numerical differentiation; with a base what it leaves over
+  std::vector<Spread> accelerations;   ///< of u, v_m, r by numerical differentiation; with a base, what it leaves over
   std::vector<Spread> initial_state;   ///< inputs of the initial-state network, point by point; empty without it
   bool pose_in_initial_state = false;  ///< whether it sees the pose besides the velocities
   std::vector<std::pair<Channel, double>> constants;         ///< actuator channels left out since they never vary [SI]
@@ -62,6 +62,7 @@ struct TrainingData {
   std::vector<std::vector<Window>> curriculum;  ///< of each stage of config.curriculum
   std::vector<std::string> notices;             ///< what the user should know: columns left out, files too short
   std::shared_ptr<const BaseModel> base = nullptr;
+  std::shared_ptr<const BaseModel> stated = nullptr;  ///< the ship that `base` was fitted from, where it was
   /// What the base ship's stated uncertainty is multiplied by where members learn on draws from it; 0: all learn on the
   /// base ship itself.
   double base_spread = 0.0;

@@ -285,8 +285,8 @@ PredictionSource find_predictions(const std::vector<std::string>& arguments) {
       initial_state = prediction.text_or("initial_state", "");
       if (prediction.has("provenance")) source.provenance.push_back(prediction.value("provenance"));
       parts = io::parts_of(prediction);
-      for (const char* known :
-           {"members", "particles", "steps", "time_step_s", "particles_out_of_bounds", "generation"})
+      for (const char* known : {"members", "particles", "steps", "time_step_s", "disturbance", "initial_error", "radii",
+                                "particles_out_of_bounds", "generation"})
         prediction.has(known);
       prediction.check_all_known();
       source.descriptions.push_back(description);

@@ -110,6 +110,35 @@ std::vector<double> held_means(const Grid& grid, const std::vector<double>& valu
   return result;
 }
 
+// Means over each step, and what they leave open: see Samples.
+struct InputMeans {
+  std::vector<double> mean, open;
+};
+
+// Where a hole or the end cuts off the path, held means.
+InputMeans input_means(const Grid& grid, const std::vector<double>& values, InputPath path) {
+  InputMeans result{held_means(grid, values), std::vector<double>(grid.points, 0.0)};
+  const std::vector<double> ends = at_grid_times(grid, values);
+  for (std::size_t k = 0; k + 1 < grid.points; ++k) {
+    double time = grid.at(k), value = ends[k], integral = 0.0, open = 0.0;
+    const double end = grid.at(k + 1);
+    const auto go_to = [&](double next_time, double next) {
+      const double part = (next_time - time) / grid.dt_s, change = next - value;
+      integral += part * (value + 0.5 * change);
+      open += part * change;
+      time = next_time;
+      value = next;
+    };
+    for (std::size_t i = grid.first_from(time); i < values.size() && grid.t[i] < end - kSameTime * grid.dt_s; ++i)
+      if (!std::isnan(values[i]) && grid.t[i] > time) go_to(grid.t[i], values[i]);
+    go_to(end, ends[k + 1]);
+    if (std::isnan(integral)) continue;
+    if (path == InputPath::linear) result.mean[k] = integral;
+    result.open[k] = open;
+  }
+  return result;
+}
+
 // The true wind of each raw sample as from-vector in earth axes: x and y.
 std::vector<std::vector<double>> raw_true_wind(const Trajectory& trajectory) {
   const std::size_t n = trajectory.size();
@@ -134,6 +163,7 @@ std::vector<std::vector<double>> raw_true_wind(const Trajectory& trajectory) {
 // Rows of numbers at the grid times, in this order: u, v_m, r, psi, x0, y0, actuators, true wind x and y.
 struct Rows {
   std::vector<std::vector<double>> values;
+  std::vector<std::vector<double>> open;  // of actuators and wind
   bool has_heading = false, has_position = false, has_wind = false;
   std::size_t first_actuator = 0, actuators = 0;
 
@@ -143,7 +173,8 @@ struct Rows {
 };
 
 Rows rows_of(const Trajectory& trajectory, std::span<const Channel> actuators,
-             const std::vector<std::vector<double>>& wind, const Grid& grid, StateResampling resampling) {
+             const std::vector<std::vector<double>>& wind, const Grid& grid, StateResampling resampling,
+             InputPath path) {
   const auto state = [&](Channel channel) {
     const std::vector<double>& values = trajectory[channel];
     std::vector<double> result = at_grid_times(grid, values);
@@ -166,8 +197,13 @@ Rows rows_of(const Trajectory& trajectory, std::span<const Channel> actuators,
   rows.first_actuator = rows.values.size();
   rows.actuators = actuators.size();
   rows.has_wind = !wind.empty();
-  for (const Channel channel : actuators) rows.values.push_back(held_means(grid, trajectory[channel]));
-  for (const std::vector<double>& component : wind) rows.values.push_back(held_means(grid, component));
+  const auto add_input = [&](const std::vector<double>& values) {
+    InputMeans means = input_means(grid, values, path);
+    rows.values.push_back(std::move(means.mean));
+    rows.open.push_back(std::move(means.open));
+  };
+  for (const Channel channel : actuators) add_input(trajectory[channel]);
+  for (const std::vector<double>& component : wind) add_input(component);
   return rows;
 }
 
@@ -178,6 +214,7 @@ Samples samples_of(const Trajectory& trajectory, const Grid& grid, const Rows& r
   const auto row = [&](std::size_t i) {
     return Eigen::Map<const Eigen::RowVectorXd>(rows.values[i].data() + begin, n);
   };
+  const auto open = [&](std::size_t i) { return Eigen::Map<const Eigen::RowVectorXd>(rows.open[i].data() + begin, n); };
   Samples s;
   s.recording = trajectory.name;
   s.file = trajectory.file;
@@ -194,18 +231,24 @@ Samples samples_of(const Trajectory& trajectory, const Grid& grid, const Rows& r
     s.eta.row(1) = row(5);
   }
   s.actuators.resize(static_cast<Eigen::Index>(rows.actuators), n);
-  for (std::size_t a = 0; a < rows.actuators; ++a)
+  s.actuators_open.resize(static_cast<Eigen::Index>(rows.actuators), n);
+  for (std::size_t a = 0; a < rows.actuators; ++a) {
     s.actuators.row(static_cast<Eigen::Index>(a)) = row(rows.first_actuator + a);
-  s.true_wind = Eigen::Matrix2Xd::Zero(2, n);
+    s.actuators_open.row(static_cast<Eigen::Index>(a)) = open(a);
+  }
+  s.true_wind = s.true_wind_open = Eigen::Matrix2Xd::Zero(2, n);
   if (rows.has_wind)
-    for (int i = 0; i < 2; ++i) s.true_wind.row(i) = row(rows.first_actuator + rows.actuators + i);
+    for (int i = 0; i < 2; ++i) {
+      s.true_wind.row(i) = row(rows.first_actuator + rows.actuators + i);
+      s.true_wind_open.row(i) = open(rows.actuators + i);
+    }
   return s;
 }
 
 }  // namespace
 
 std::vector<Samples> resample(const Trajectory& trajectory, std::span<const Channel> actuators, bool with_wind,
-                              double dt_s, StateResampling resampling) {
+                              double dt_s, StateResampling resampling, InputPath inputs) {
   const auto require = [&](Channel channel) -> const std::vector<double>& {
     if (!trajectory.has(channel))
       throw InputError(trajectory.file, 1, "", "no column '" + column_name(channel) + "', which is needed here");
@@ -232,7 +275,7 @@ std::vector<Samples> resample(const Trajectory& trajectory, std::span<const Chan
       with_wind ? raw_true_wind(trajectory) : std::vector<std::vector<double>>();
   std::vector<Samples> stretches;
   for (const Grid& grid : grids_between_holes(t, dt_s, kLongestHole * std::max(dt_s, sample_s))) {
-    const Rows rows = rows_of(trajectory, actuators, wind, grid, resampling);
+    const Rows rows = rows_of(trajectory, actuators, wind, grid, resampling, inputs);
     for (std::size_t begin = 0; begin < grid.points;) {
       std::size_t end = begin;
       while (end < grid.points && rows.complete(end)) ++end;

@@ -189,7 +189,7 @@ TEST_CASE("ens-train: a config that is wrong ends with 3 and points to the place
   refused(R"({"sigma": 0.1})", "/sigma: expected an object, got 0.1");
   refused(R"({"activation": "relu"})", "/activation: ");
   refused(R"({"initial_state_net": "yes"})", "/initial_state_net: expected true or false");
-  check_refused(folder, kTrain + "none-such -o model", 2, "shipped: demo, fast, full-scale, model-scale");
+  check_refused(folder, kTrain + "none-such -o model", 2, "shipped: demo, fast, full-scale, honest, model-scale");
   check_refused(folder, kTrain + "none-such.json -o model", 4, "none-such.json: cannot be opened");
   CHECK_FALSE(std::filesystem::exists(folder / "model"));
 }
@@ -512,6 +512,66 @@ TEST_CASE("ens-train --base-spread: members with ships of their own, in any orde
   check_refused(folder, train + "'' -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got ''");
   check_refused(folder, train + "wide -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got 'wide'");
   check_refused(folder, kTrain + "tiny.json --base-spread 1 -o bad", 2, "--base-spread needs --base");
+}
+
+TEST_CASE("ens-train: a fitted base and a calibration, by one process or many", "[cli][ens][base]") {
+  const TemporaryFolder folder;
+  write_ensemble_inputs(folder);
+  folder.write("honest.json", config(3, R"(, "base_spread": "auto", "fit_base": true, "bootstrap": true,
+    "inputs_between_samples": "linear", "calibration": {"folds": 2, "members": 2})"));
+  const std::string train = kTrain + "honest.json --base vectwin-3m ";
+  done(folder, train + "-o one");
+  for (const int member : {3, 1, 0, 2}) done(folder, train + fmt::format("-o many --member {}", member));
+  CHECK_FALSE(std::filesystem::exists(folder / "many/calibration.json"));
+  const std::string again = "ens-train data/dataset.json#train --quiet --calibrate many";
+  done(folder, again);
+  std::map<std::string, std::string> one = files_of(folder / "one"), many = files_of(folder / "many");
+  const io::Json calibration = io::read_json(folder / "one/calibration.json");
+  CHECK(calibration["sha256"] ==
+        io::read_json(folder / "many/calibration.json")["sha256"]);  // but for the command line
+  one.erase("calibration.json");
+  many.erase("calibration.json");
+  CHECK(one == many);
+  const io::Json base = io::read_json(folder / "one/base-ship.json");
+  CHECK(base["name"] == "vectwin-3m-calibrated");
+  CHECK(base["coefficient_covariance"]["names"].size() == base["coefficient_covariance"]["matrix"].size());
+  CHECK(io::read_text(folder / "one/stated-ship.json") == io::read_text(io::find_config("ships", "vectwin-3m")));
+  done(folder, "mmg-sim draws --ship one/base-ship.json --count 2 --spread 1 -o draws");
+
+  // What a prediction takes of it.
+  const std::string predict = "ens-predict one 'data/dataset.json#test' --particles 12 --quiet ";
+  const std::string whole = done(folder, predict + "--initial-state observed").out;
+  const std::string from_truth = done(folder, predict).out;
+  CHECK(done(folder, predict + "--no-initial-error").out == from_truth);  // the truth has none
+  CHECK(done(folder, predict + "--initial-state observed --no-initial-error").out != whole);
+  CHECK(done(folder, predict + "--no-disturbance").out == done(folder, predict + "--no-calibration").out);
+  CHECK(done(folder, predict + "--no-disturbance").out != from_truth);
+  done(folder, predict + "-o predicted");
+  const io::Json described = io::read_json(folder / "predicted/prediction.json");
+  CHECK(described["disturbance"] == true);
+  CHECK(described["radii"] == calibration["radii"]);
+  done(folder, "eval-metrics predicted --truth data/dataset.json --quiet -o metrics.json");
+  const std::string sweep = "pd-sweep one --ship vectwin-3m --kp 40 --kd 60 --duration-s 20 --particles 12 --quiet ";
+  CHECK(done(folder, sweep).out != done(folder, sweep + "--no-disturbance").out);
+  CHECK(done(folder, sweep + "--no-calibration").out == done(folder, sweep + "--no-disturbance").out);
+
+  // A training that goes on keeps it, one that begins anew has none of another; damage is noticed.
+  const std::string kept = io::read_text(folder / "one/calibration.json");
+  done(folder, train + "-o one --resume");
+  CHECK(io::read_text(folder / "one/calibration.json") == kept);
+  done(folder, kTrain + "tiny.json -o many");
+  CHECK_FALSE(std::filesystem::exists(folder / "many/calibration.json"));
+  CHECK_FALSE(std::filesystem::exists(folder / "many/stated-ship.json"));
+  std::filesystem::copy_file(folder / "one/calibration.json", folder / "many/calibration.json");
+  check_refused(folder, "ens-predict many 'data/dataset.json#test'", 3,
+                "many/calibration.json: /training_id: is of another training");
+  check_refused(folder, "ens-train data/dataset.json#test --calibrate one", 2,
+                "trained on other recordings than these");
+  check_refused(folder, "ens-train data/dataset.json#train --calibrate one -o two", 2, "--calibrate takes a model");
+  done(folder, "rm one/member-02.json");
+  check_refused(folder, "ens-train data/dataset.json#train --calibrate one", 4, "calibration needs all members");
+  folder.write("bad.json", config(3, R"(, "calibration": {"folds": 1})"));
+  check_refused(folder, kTrain + "bad.json -o bad", 3, "bad.json: /calibration/folds");
 }
 
 TEST_CASE("mmg-sim draws: ships that run as they are, the same for equal seeds", "[cli]") {

@@ -74,6 +74,50 @@ TEST_CASE("prediction: a particle of TS-infinity is its member's own rollout", "
   CHECK(members.size() > 1);
 }
 
+TEST_CASE("prediction: particles with disturbances, errors of the start and open inputs are the same in any company",
+          "[ensemble]") {
+  Samples samples = test_samples();
+  samples.actuators_open = samples.actuators.cwiseAbs();
+  Samples other = samples;
+  other.recording = "another";
+  EnsembleEvaluator evaluator(trained());
+  PredictionOptions options{2000, Sampling::ts_infinity, Integrator::rk4, 3};
+  options.disturbance.axes[1] = {{3e-3, 5.0}};
+  options.initial_sd = {0.02, 0.0, 0.01};
+  const std::vector<SequenceTask> tasks{{&samples, {0, 5}, 0}, {&other, {3, 9}, 0}};
+  for (const Sampling sampling : {Sampling::ts_infinity, Sampling::ts1})
+    for (const bool draws_inputs : {false, true}) {
+      options.sampling = sampling;
+      options.draws_inputs = draws_inputs;
+      const std::vector<SequencePrediction> together = predict_sequences(evaluator, trained(), tasks, options);
+      const SequencePrediction alone = predict_sequence(evaluator, trained(), other, {3, 9}, 0, options);
+      CHECK(together[1].nu == alone.nu);
+      CHECK(together[1].state == alone.state);
+      CHECK(together[1].nu.front() != together[0].nu.front());
+      const auto spread = [&](std::size_t k, int axis) {
+        const Eigen::RowVectorXd row = together[0].nu[k].row(axis);
+        return std::sqrt((row.array() - row.mean()).square().mean());
+      };
+      // Standard errors of a standard deviation of 2000 particles are 1.6 %.
+      CHECK_THAT(spread(0, 0), WithinRel(0.02, 0.06));
+      CHECK(spread(0, 1) < 1e-12);
+      CHECK_THAT(spread(0, 2), WithinRel(0.01, 0.06));
+    }
+  // Alone, a disturbance adds its own: one member, no error at the start, one step.
+  options = {2000, Sampling::ts_infinity, Integrator::rk4, 3};
+  const SequencePrediction without = predict_sequence(evaluator, trained(), samples, {0, 2}, 0, options);
+  options.disturbance.axes[1] = {{3e-3, 5.0}};
+  const SequencePrediction with = predict_sequence(evaluator, trained(), samples, {0, 2}, 0, options);
+  CHECK(with.member == without.member);
+  double square = 0.0;
+  for (std::size_t p = 0; p < 2000; ++p) {
+    const Vec3<double> added = with.nu[1].col(with.state[1][p]) - without.nu[1].col(without.state[1][p]);
+    CHECK(added(0) == 0.0);
+    square += added(1) * added(1) / 2000.0;
+  }
+  CHECK_THAT(std::sqrt(square), WithinRel(3e-3, 0.07));
+}
+
 TEST_CASE("prediction: sequences together have the bits of each particle stepped alone", "[ensemble]") {
   const Samples samples = test_samples();
   Samples other = samples;

@@ -97,6 +97,29 @@ TEST_CASE("resample: inputs are the mean of what acts until the next point", "[r
   for (int k = 0; k < 5; ++k) CHECK_THAT(s.actuators(0, k), WithinRel(expected[k], 1e-14));
 }
 
+TEST_CASE("resample: inputs on straight paths are means of the lines, with what jumps would leave open",
+          "[recording][resample]") {
+  Trajectory trajectory = smooth(0.5, 9);
+  trajectory[Channel::delta] = {0.1, 0.3, 0.5, 0.7, -0.2, 0.4, 0.0, 0.6, 0.9};
+  const Samples s = resample(trajectory, kRudder, false, 1.0, StateResampling::decimate, InputPath::linear).at(0);
+  REQUIRE(s.size() == 5);
+  // Trapezoids over (t, t + 0.5 s, t + 1 s); behind the last point nothing is known, and it is held.
+  const double expected[] = {0.3, 0.425, 0.15, 0.525, 0.9};
+  for (int k = 0; k < 5; ++k) CHECK_THAT(s.actuators(0, k), WithinRel(expected[k], 1e-14));
+  CHECK_THAT(s.actuators_open(0, 0), WithinRel(0.5 * (0.2 + 0.2), 1e-14));
+  CHECK_THAT(s.actuators_open(0, 1), WithinRel(0.5 * (0.2 - 0.9), 1e-14));
+  CHECK(s.actuators_open(0, 4) == 0.0);
+  // At the sampling rate: halfway, and anywhere along the change. Ten samples in a step leave little open.
+  const Samples own = resample(trajectory, kRudder, true, 0.5, StateResampling::decimate, InputPath::linear).at(0);
+  CHECK_THAT(own.actuators(0, 3), WithinRel(0.25, 1e-14));
+  CHECK_THAT(own.actuators_open(0, 3), WithinRel(-0.9, 1e-14));
+  CHECK(own.true_wind_open.isZero(1e-14));  // a steady wind
+  const Samples dense =
+      resample(smooth(0.1, 101), kRudder, false, 1.0, StateResampling::decimate, InputPath::linear).at(0);
+  CHECK_THAT(dense.actuators(0, 2), WithinRel(std::cos(4.5) - std::cos(5.5), 1e-3));  // the integral of the sine
+  CHECK_THAT(dense.actuators_open(0, 2), WithinRel(0.1 * (std::sin(5.5) - std::sin(4.5)), 1e-12));
+}
+
 TEST_CASE("resample: a finer grid interpolates states and holds inputs", "[recording][resample]") {
   const Trajectory trajectory = smooth(1.0, 4);
   for (const auto how : {StateResampling::decimate, StateResampling::average}) {
