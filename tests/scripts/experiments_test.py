@@ -110,12 +110,13 @@ class ExperimentsTest(unittest.TestCase):
         path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
 
     def test_schedules_of_as_many_members_stand_together(self):
-        for run, trained, seconds in (("model-scale-1", 2, "600.0\tens-train\n1200.0\tens-train\n"), ("fast-1", 5, "150.0\tens-train\n")):
+        for run, trained, seconds in (("model-scale-1", 2, "600.0\tens-train\n1200.0\tens-train\n"), ("model-scale-40-1", 4, "100.0\tens-train\n"),
+                                    ("fast-1", 5, "150.0\tens-train\n")):
             self.write(f"{run}/model/ensemble.json", {"members": [f"member-{k:02}.json" for k in range(trained)],
                                                       "training": {"config": {"epochs": 10 * trained}}})
             self.write(f"{run}/seconds", seconds)
         files = []
-        for name, maha in (("fast-1.5", 12.4), ("fast-1.2", None), ("model-scale-1.2", None)):
+        for name, maha in (("fast-1.5", 12.4), ("fast-1.2", None), ("model-scale-40-1.4", 12.4), ("model-scale-1.2", None)):
             scores = [{"name": data, "L_eucl": 1e-4, "L_maha": maha, "coverage": {"90": None if maha is None else 0.25}} for data in TESTS]
             self.write(f"{name}.json", {"datasets": scores})
             self.write(f"{name}.fitted.json", {"datasets": [{"name": "Train-B", "L_fit": 0.5}]})
@@ -123,8 +124,8 @@ class ExperimentsTest(unittest.TestCase):
         table = subprocess.run([PAPER.parent / "schedules" / "table", "--print", *files], text=True, capture_output=True, check=True).stdout
         rows = rows_of(table.splitlines())
         self.assertEqual([row[:6] for row in rows], [["`model-scale`", "1", "2", "20", "900", "0.50"], ["`fast`", "1", "first 2 of 5", "50", "30", "0.50"],
-                                                     ["`fast`", "1", "5", "50", "30", "0.50"]])
-        self.assertEqual([row[6:9] for row in rows], [["1.00e-04", "", ""], ["1.00e-04", "", ""], ["1.00e-04", "12", "25"]])
+                                                     ["`model-scale`", "1", "4", "40", "25", "0.50"], ["`fast`", "1", "5", "50", "30", "0.50"]])
+        self.assertEqual([row[6:9] for row in rows], 2 * [["1.00e-04", "", ""]] + 2 * [["1.00e-04", "12", "25"]])
 
 
 if __name__ == "__main__":
