@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
@@ -14,9 +15,9 @@
 
 namespace leeway {
 
-/// Calls visit(name, log_sd, scale) for each coefficient of a ship, or group of them, that is known up to a factor:
-/// those that its modules list, always in the same order (forces/coefficient_list.hpp). A ship's JSON multiplies them
-/// by its `coefficient_factors`.
+/// Calls visit(name, log_sd, reference, scale) for each coefficient of a ship, or group of them, that is known up to a
+/// factor: those that its modules list, always in the same order (forces/coefficient_list.hpp). A ship's JSON
+/// multiplies them by its `coefficient_factors`.
 template <typename T, typename Visit>
 void for_each_coefficient(Inertia<T>& inertia, ForceModules<T>& modules, const Visit& visit) {
   inertia.coefficients(visit);
@@ -28,7 +29,7 @@ template <typename T>
 void multiply_coefficients(const Ship& ship, Inertia<T>& inertia, ForceModules<T>& modules) {
   for (const CoefficientFactor& by : ship.coefficient_factors) {
     std::vector<std::string> known;
-    for_each_coefficient(inertia, modules, [&](const char* name, double, const auto& scale) {
+    for_each_coefficient(inertia, modules, [&](const char* name, double, std::string_view, const auto& scale) {
       known.emplace_back(name);
       if (by.name == name) scale(T(by.factor));
     });

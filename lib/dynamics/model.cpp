@@ -67,9 +67,10 @@ template <typename T>
 std::vector<Coefficient> Model<T>::coefficients() const {
   std::vector<Coefficient> result;
   Parts copy = *parts_;
-  for_each_coefficient(copy.inertia, copy.modules, [&](const std::string& name, double log_sd, const auto&) {
-    result.push_back({name, log_sd});
-  });
+  for_each_coefficient(copy.inertia, copy.modules,
+                       [&](const std::string& name, double log_sd, std::string_view, const auto&) {
+                         result.push_back({name, log_sd});
+                       });
   return result;
 }
 
@@ -77,7 +78,7 @@ template <typename T>
 void Model<T>::multiply_coefficients(std::span<const T> factors) {
   std::size_t i = 0;
   for_each_coefficient(parts_->inertia, parts_->modules,
-                       [&](const auto&, double, const auto& scale) { scale(factors[i++]); });
+                       [&](const auto&, double, std::string_view, const auto& scale) { scale(factors[i++]); });
 }
 
 template <typename T>

@@ -21,11 +21,11 @@ struct ModelError {
       .separating_maneuver = "none: it repeats nowhere",
       .search = SearchStart::every_fit,
   };
+  /// [m/s^2] Of surge and sway: accelerations are the same at any scale (Froude).
+  static constexpr Prior kInPlane = log_normal(5e-4, 1.0, 0.0, 0.05);
   static constexpr std::array<EffectParameter, 5> parameters{{
-      {"surge_mps2", "standard deviation of the acceleration in surge", 0.0, 0.0, 0.0, kUnbounded,
-       log_normal(5e-4, 1.0, 0.0, 0.05), log_normal(5e-4, 1.0, 0.0, 0.05)},
-      {"sway_mps2", "the same in sway", 0.0, 0.0, 0.0, kUnbounded, log_normal(5e-4, 1.0, 0.0, 0.05),
-       log_normal(5e-4, 1.0, 0.0, 0.05)},
+      {"surge_mps2", "standard deviation of the acceleration in surge", 0.0, 0.0, 0.0, kUnbounded, kInPlane, kInPlane},
+      {"sway_mps2", "the same in sway", 0.0, 0.0, 0.0, kUnbounded, kInPlane, kInPlane},
       {"yaw_degps2", "the same in yaw", 0.0, 0.0, 0.0, kUnbounded, log_normal(0.04, 1.0, 0.0, 4.0),
        log_normal(8e-4, 1.0, 0.0, 0.08)},
       {"tau_s", "time constant", kNone, 12.0, 1e-3, kUnbounded, log_normal(12.0, 0.5, 1.0, 100.0),

@@ -70,8 +70,9 @@ struct AzimuthThruster {
   using Coefficients = AzimuthThrusterCoefficients<double>;
   static constexpr bool drives_ship = true;
   static constexpr std::string_view group = "azimuth", name = "azimuth";
-  static constexpr std::string_view reference =
-      "Oosterveld & van Oossanen (1975), Int. Shipbuilding Progress 22 (251), and actuator-disk momentum (ours)";
+  static constexpr std::string_view reference = "Oosterveld & van Oossanen (1975), Int. Shipbuilding Progress 22 (251)";
+  static constexpr std::string_view reference_of_wake = "wake and thrust deduction along the ship alone (ours)";
+  static constexpr std::string_view reference_of_flow = "momentum of the flow through an actuator disk (ours)";
   AzimuthThrusterCoefficients<T> c;
   Particulars p;
 
@@ -88,16 +89,16 @@ struct AzimuthThruster {
     scale_thrust(k);
     c.k_turned *= k;
   }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
     const bool is_first = c.channel == Channel::n_az1;
-    visit(is_first ? "azimuth.K_T_1" : "azimuth.K_T_2", 0.05, factor_on(c.K_T));
-    visit(is_first ? "azimuth.K_T_J_1" : "azimuth.K_T_J_2", 0.10, factor_on(c.K_T[1]));
-    visit(is_first ? "azimuth.K_T_JJ_1" : "azimuth.K_T_JJ_2", 0.10, factor_on(c.K_T[2]));
-    visit(is_first ? "azimuth.1-w_1" : "azimuth.1-w_2", 0.05, factor_on_rest(c.w));
-    visit(is_first ? "azimuth.1-t_1" : "azimuth.1-t_2", 0.05, factor_on_rest(c.t));
-    visit(is_first ? "azimuth.k_turned_1" : "azimuth.k_turned_2", 0.3, factor_on(c.k_turned));
+    visit(is_first ? "azimuth.K_T_1" : "azimuth.K_T_2", 0.05, reference, factor_on(c.K_T));
+    visit(is_first ? "azimuth.K_T_J_1" : "azimuth.K_T_J_2", 0.10, reference, factor_on(c.K_T[1]));
+    visit(is_first ? "azimuth.K_T_JJ_1" : "azimuth.K_T_JJ_2", 0.10, reference, factor_on(c.K_T[2]));
+    visit(is_first ? "azimuth.1-w_1" : "azimuth.1-w_2", 0.05, reference_of_wake, factor_on_rest(c.w));
+    visit(is_first ? "azimuth.1-t_1" : "azimuth.1-t_2", 0.05, reference_of_wake, factor_on_rest(c.t));
+    visit(is_first ? "azimuth.k_turned_1" : "azimuth.k_turned_2", 0.3, reference_of_flow, factor_on(c.k_turned));
   }
 
   Vec3<T> force(const Motion<T>& motion, const ActingActuators<T>& actuators) const {

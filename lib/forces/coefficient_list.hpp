@@ -4,10 +4,11 @@
 #include <cstddef>
 #include <string_view>
 
-/// What a module's list of coefficients is written with: it calls visit(name, log_sd, scale) for each coefficient, or
-/// group of them, that is known up to a factor, always in the same order; scale(k) multiplies it by k. The log_sd are
-/// those of docs/gap-locate.md for a model with empirical or regressed coefficients. Names begin with the module's
-/// group. What the coefficients are in the literature says the module's `reference`, one for all of its list.
+/// What a module's list of coefficients is written with: it calls visit(name, log_sd, reference, scale) for each
+/// coefficient, or group of them, that is known up to a factor, always in the same order; scale(k) multiplies it by k.
+/// The log_sd are those of docs/gap-locate.md for a model with empirical or regressed coefficients. Names begin with
+/// the module's group. The reference says what a coefficient is in the literature: the module's own, or another where
+/// the module's source does not have it.
 namespace leeway {
 
 template <typename M>

@@ -114,17 +114,17 @@ struct FourQuadrantPropeller {
   void scale_wake(const T& k) { c.w_P[0] *= k; }
   /// All forces by this factor.
   void scale_force(const T& k) { scale_thrust(k); }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("propeller.K_T", 0.05, [&](const T& k) { scale_thrust(k); });
-    visit("propeller.K_T_J", 0.10, factor_on(c.K_T[1]));
-    visit("propeller.K_T_JJ", 0.10, factor_on(c.K_T[2]));
-    visit("propeller.K_T_reversed", 0.10, [&](const T& k) { scale_reversed_thrust(k); });
-    visit("propeller.1-w_P", 0.05, factor_on_rest(c.w_P[0]));
-    visit("propeller.1-t_P", 0.05, factor_on_rest(c.t_P));
-    visit("propeller.w_P_v", 0.2, factor_on(c.w_P[1]));
-    visit("propeller.w_P_vv", 0.2, factor_on(c.w_P[2]));
+    visit("propeller.K_T", 0.05, reference, [&](const T& k) { scale_thrust(k); });
+    visit("propeller.K_T_J", 0.10, reference, factor_on(c.K_T[1]));
+    visit("propeller.K_T_JJ", 0.10, reference, factor_on(c.K_T[2]));
+    visit("propeller.K_T_reversed", 0.10, reference, [&](const T& k) { scale_reversed_thrust(k); });
+    visit("propeller.1-w_P", 0.05, reference, factor_on_rest(c.w_P[0]));
+    visit("propeller.1-t_P", 0.05, reference, factor_on_rest(c.t_P));
+    visit("propeller.w_P_v", 0.2, reference, factor_on(c.w_P[1]));
+    visit("propeller.w_P_vv", 0.2, reference, factor_on(c.w_P[2]));
   }
 
   PropellerFlow<T> flow(const Motion<T>& motion, const T& n) const {

@@ -85,12 +85,12 @@ struct FujiwaraWind {
   }
   /// All forces by this factor.
   void scale_force(const T& k) { scale(k, k, k); }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("wind.k_X", 0.2, [&](const T& k) { scale(k, T(1.0), T(1.0)); });
-    visit("wind.k_Y", 0.15, [&](const T& k) { scale(T(1.0), k, T(1.0)); });
-    visit("wind.k_N", 0.3, [&](const T& k) { scale(T(1.0), T(1.0), k); });
+    visit("wind.k_X", 0.2, reference, [&](const T& k) { scale(k, T(1.0), T(1.0)); });
+    visit("wind.k_Y", 0.15, reference, [&](const T& k) { scale(T(1.0), k, T(1.0)); });
+    visit("wind.k_N", 0.3, reference, [&](const T& k) { scale(T(1.0), T(1.0), k); });
   }
 
   /// (C_X, C_Y, C_N) for the direction given by its cosine and sine.

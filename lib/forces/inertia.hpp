@@ -41,12 +41,12 @@ struct Inertia {
     x_G = T(p.L_pp * c.x_G);
     I_z = T(mass * p.L_pp * p.L_pp * c.I_zG_plus_J_z);
   }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("inertia.m_x", 0.3, factor_on(m_x));
-    visit("inertia.m_y", 0.15, factor_on(m_y));
-    visit("inertia.I_z", 0.15, factor_on(I_z));
+    visit("inertia.m_x", 0.3, reference, factor_on(m_x));
+    visit("inertia.m_y", 0.15, reference, factor_on(m_y));
+    visit("inertia.I_z", 0.15, reference, factor_on(I_z));
   }
 
   /// (du/dt, dv_m/dt [m/s^2], dr/dt [rad/s^2]) under a force at midship: the MMG equations of motion,

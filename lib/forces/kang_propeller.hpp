@@ -89,21 +89,21 @@ struct KangPropeller {
   void scale_wake(const T& k) { c.a = {1.0 - k * (1.0 - c.a[0]), k * c.a[1], k * c.a[2]}; }
   /// All forces by this factor.
   void scale_force(const T& k) { scale_thrust(k); }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("propeller.K_T", 0.05, [&](const T& k) { scale_thrust(k); });
-    visit("propeller.K_T_J", 0.10, factor_on(c.K_T_ahead[1]));
-    visit("propeller.K_T_JJ", 0.10, factor_on(c.K_T_ahead[2]));
-    visit("propeller.K_T_astern", 0.10, factor_on(c.K_T_astern));
-    visit("propeller.1-w_P", 0.05, factor_on(c.a));
-    visit("propeller.a_1", 0.10, factor_on(c.a[1]));
-    visit("propeller.a_2", 0.10, factor_on(c.a[2]));
-    visit("propeller.b_0", 0.2, factor_on(c.b[0]));
-    visit("propeller.1-t_P", 0.05, factor_on(c.c));
-    visit("propeller.c_1", 0.10, factor_on(c.c[1]));
-    visit("propeller.c_2", 0.10, factor_on(c.c[2]));
-    visit("propeller.d_0", 0.2, factor_on(c.d[0]));
+    visit("propeller.K_T", 0.05, reference, [&](const T& k) { scale_thrust(k); });
+    visit("propeller.K_T_J", 0.10, reference, factor_on(c.K_T_ahead[1]));
+    visit("propeller.K_T_JJ", 0.10, reference, factor_on(c.K_T_ahead[2]));
+    visit("propeller.K_T_astern", 0.10, reference, factor_on(c.K_T_astern));
+    visit("propeller.1-w_P", 0.05, reference, factor_on(c.a));
+    visit("propeller.a_1", 0.10, reference, factor_on(c.a[1]));
+    visit("propeller.a_2", 0.10, reference, factor_on(c.a[2]));
+    visit("propeller.b_0", 0.2, reference, factor_on(c.b[0]));
+    visit("propeller.1-t_P", 0.05, reference, factor_on(c.c));
+    visit("propeller.c_1", 0.10, reference, factor_on(c.c[1]));
+    visit("propeller.c_2", 0.10, reference, factor_on(c.c[2]));
+    visit("propeller.d_0", 0.2, reference, factor_on(c.d[0]));
   }
 
   PropellerFlow<T> flow(const Motion<T>& motion, const T& n_P) const {

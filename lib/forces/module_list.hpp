@@ -13,8 +13,8 @@
 namespace leeway {
 
 /// The force modules that a ship may have in one place. A module M<T> has a name, M::Coefficients that read themselves
-/// from JSON, a constructor that takes these and what else its place gives, a force, and a list of coefficients with
-/// their reference.
+/// from JSON, a constructor that takes these and what else its place gives, a force, and a list of coefficients, each
+/// with its reference: the module's own unless it has another.
 template <template <typename> typename... Module>
 struct ModuleList {
   static_assert((HasReference<Module<double>> && ...), "a module does not say what its coefficients are");

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <optional>
+#include <string_view>
 
 namespace leeway {
 
@@ -24,6 +25,7 @@ struct StallLoss {
 /// What a rudder's normal force differs by from its module's curve over the angle of attack; nothing as it is shipped.
 template <typename T>
 struct NormalForceShape {
+  static constexpr std::string_view reference = "another curvature of C_N over the angle of attack (ours)";
   static constexpr double kSine35 = 0.57357643635104609;  // sin 35 deg
 
   T k_35 = T(1.0);  ///< factor at an angle of 35 deg; from 0, where it is 1, it goes with the sine

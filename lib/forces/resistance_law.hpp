@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <string_view>
 
 #include "core/units.hpp"
 #include "forces/particulars.hpp"
@@ -13,6 +14,8 @@ namespace leeway {
 template <typename T>
 class ResistanceLaw {
  public:
+  static constexpr std::string_view reference = "a power of the speed (ours), which the ITTC-57 line bounds";
+
   explicit ResistanceLaw(const Particulars& particulars)
       : U_0_2_(0.01 * kGravity_mps2 * particulars.L_pp), slowest_2_(0.01 * U_0_2_) {}
 

@@ -69,12 +69,14 @@ struct SideThruster {
   }
   /// All forces by this factor.
   void scale_force(const T& k) { scale_thrust(k); }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
     const bool is_bow = c.channel == Channel::n_bt;
-    visit(is_bow ? "thruster.K_T_bow_positive" : "thruster.K_T_stern_positive", 0.10, factor_on(c.K_T_positive));
-    visit(is_bow ? "thruster.K_T_bow_negative" : "thruster.K_T_stern_negative", 0.10, factor_on(c.K_T_negative));
+    visit(is_bow ? "thruster.K_T_bow_positive" : "thruster.K_T_stern_positive", 0.10, reference,
+          factor_on(c.K_T_positive));
+    visit(is_bow ? "thruster.K_T_bow_negative" : "thruster.K_T_stern_negative", 0.10, reference,
+          factor_on(c.K_T_negative));
   }
 
   Vec3<T> force(const Motion<T>& motion, const ActingActuators<T>& actuators) const {

@@ -101,20 +101,20 @@ struct SingleRudder {
   }
   /// All forces by this factor.
   void scale_force(const T& k) { scale_normal_force(k, k); }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("rudder.1-t_R", 0.05, factor_on_rest(c.t_R));
-    visit("rudder.gain", 0.10, factor_on(c.f_alpha));
-    visit("rudder.a_H", 0.2, factor_on(c.a_H));
-    visit("rudder.x_H", 0.10, factor_on(c.x_H));
-    visit("rudder.l_R", 0.15, factor_on(c.l_R));
-    visit("rudder.epsilon", 0.05, factor_on(c.epsilon));
-    visit("rudder.k_x", 0.10, factor_on(c.k_x));
-    visit("rudder.gamma_R_negative", 0.2, factor_on(c.gamma_R_negative));
-    visit("rudder.gamma_R_positive", 0.2, factor_on(c.gamma_R_positive));
-    visit("rudder.gain_35deg", 0.2, factor_on(shape.k_35));
-    visit("rudder.gain_90deg", 0.2, factor_on(shape.k_90));
+    visit("rudder.1-t_R", 0.05, reference, factor_on_rest(c.t_R));
+    visit("rudder.gain", 0.10, reference, factor_on(c.f_alpha));
+    visit("rudder.a_H", 0.2, reference, factor_on(c.a_H));
+    visit("rudder.x_H", 0.10, reference, factor_on(c.x_H));
+    visit("rudder.l_R", 0.15, reference, factor_on(c.l_R));
+    visit("rudder.epsilon", 0.05, reference, factor_on(c.epsilon));
+    visit("rudder.k_x", 0.10, reference, factor_on(c.k_x));
+    visit("rudder.gamma_R_negative", 0.2, reference, factor_on(c.gamma_R_negative));
+    visit("rudder.gamma_R_positive", 0.2, reference, factor_on(c.gamma_R_positive));
+    visit("rudder.gain_35deg", 0.2, NormalForceShape<T>::reference, factor_on(shape.k_35));
+    visit("rudder.gain_90deg", 0.2, NormalForceShape<T>::reference, factor_on(shape.k_90));
   }
 
   Vec3<T> force(const Motion<T>& motion, const PropellerFlow<T>& flow, const ActingActuators<T>& actuators) const {

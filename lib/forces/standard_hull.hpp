@@ -82,27 +82,27 @@ struct StandardHull {
                            &c.Y_rrr, &c.N_v, &c.N_r, &c.N_vvv, &c.N_vvr, &c.N_vrr, &c.N_rrr})
       *coefficient *= k;
   }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("hull.resistance", 0.10, [&](const T& k) { scale_resistance(k); });
-    visit("hull.resistance_slow", 0.10, [&](const T& k) { resistance_law.scale_slow(k); });
-    visit("hull.X_vr", 0.3, factor_on(c.X_vr));
-    visit("hull.Y_v", 0.15, factor_on(c.Y_v));
-    visit("hull.Y_r", 0.25, factor_on(c.Y_r));
-    visit("hull.N_v", 0.15, factor_on(c.N_v));
-    visit("hull.N_r", 0.15, factor_on(c.N_r));
-    visit("hull.X_vv", 0.3, factor_on(c.X_vv));
-    visit("hull.X_rr", 0.3, factor_on(c.X_rr));
-    visit("hull.X_vvvv", 0.3, factor_on(c.X_vvvv));
-    visit("hull.Y_vvv", 0.2, factor_on(c.Y_vvv));
-    visit("hull.Y_vvr", 0.2, factor_on(c.Y_vvr));
-    visit("hull.Y_vrr", 0.2, factor_on(c.Y_vrr));
-    visit("hull.Y_rrr", 0.2, factor_on(c.Y_rrr));
-    visit("hull.N_vvv", 0.2, factor_on(c.N_vvv));
-    visit("hull.N_vvr", 0.2, factor_on(c.N_vvr));
-    visit("hull.N_vrr", 0.2, factor_on(c.N_vrr));
-    visit("hull.N_rrr", 0.2, factor_on(c.N_rrr));
+    visit("hull.resistance", 0.10, reference, [&](const T& k) { scale_resistance(k); });
+    visit("hull.resistance_slow", 0.10, ResistanceLaw<T>::reference, [&](const T& k) { resistance_law.scale_slow(k); });
+    visit("hull.X_vr", 0.3, reference, factor_on(c.X_vr));
+    visit("hull.Y_v", 0.15, reference, factor_on(c.Y_v));
+    visit("hull.Y_r", 0.25, reference, factor_on(c.Y_r));
+    visit("hull.N_v", 0.15, reference, factor_on(c.N_v));
+    visit("hull.N_r", 0.15, reference, factor_on(c.N_r));
+    visit("hull.X_vv", 0.3, reference, factor_on(c.X_vv));
+    visit("hull.X_rr", 0.3, reference, factor_on(c.X_rr));
+    visit("hull.X_vvvv", 0.3, reference, factor_on(c.X_vvvv));
+    visit("hull.Y_vvv", 0.2, reference, factor_on(c.Y_vvv));
+    visit("hull.Y_vvr", 0.2, reference, factor_on(c.Y_vvr));
+    visit("hull.Y_vrr", 0.2, reference, factor_on(c.Y_vrr));
+    visit("hull.Y_rrr", 0.2, reference, factor_on(c.Y_rrr));
+    visit("hull.N_vvv", 0.2, reference, factor_on(c.N_vvv));
+    visit("hull.N_vvr", 0.2, reference, factor_on(c.N_vvr));
+    visit("hull.N_vrr", 0.2, reference, factor_on(c.N_vrr));
+    visit("hull.N_rrr", 0.2, reference, factor_on(c.N_rrr));
   }
 
   Vec3<T> force(const Motion<T>& motion) const {

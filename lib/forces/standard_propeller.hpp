@@ -90,6 +90,8 @@ struct StandardPropeller {
   static constexpr bool drives_ship = true;
   static constexpr std::string_view group = "propeller", name = "mmg-standard";
   static constexpr std::string_view reference = "Yasukawa & Yoshimura (2015), JMST 20, 37-52";
+  static constexpr std::string_view reference_of_reversed =
+      "public simulator of Osaka University (NAOE-5thLab/mmg-1p1r-simulator), there attributed to Hachii";
   StandardPropellerCoefficients<T> c;
   Particulars p;
   double per_D_P;  ///< 1/D_P [1/m]
@@ -112,18 +114,18 @@ struct StandardPropeller {
   void scale_wake(const T& k) { c.w_P0 *= k; }
   /// All forces by this factor.
   void scale_force(const T& k) { scale_thrust(k); }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("propeller.K_T", 0.05, [&](const T& k) { scale_thrust(k); });
-    visit("propeller.K_T_J", 0.10, factor_on(c.K_T[1]));
-    visit("propeller.K_T_JJ", 0.10, factor_on(c.K_T[2]));
-    visit("propeller.K_T_reversed", 0.10, [&](const T& k) { scale_reversed_thrust(k); });
-    visit("propeller.1-w_P", 0.05, factor_on_rest(c.w_P0));
-    visit("propeller.1-t_P", 0.05, factor_on_rest(c.t_P));
-    visit("propeller.C_1", 0.2, factor_on(c.C_1));
-    visit("propeller.C_2_negative", 0.10, factor_on(c.C_2_negative));
-    visit("propeller.C_2_positive", 0.10, factor_on(c.C_2_positive));
+    visit("propeller.K_T", 0.05, reference, [&](const T& k) { scale_thrust(k); });
+    visit("propeller.K_T_J", 0.10, reference, factor_on(c.K_T[1]));
+    visit("propeller.K_T_JJ", 0.10, reference, factor_on(c.K_T[2]));
+    visit("propeller.K_T_reversed", 0.10, reference_of_reversed, [&](const T& k) { scale_reversed_thrust(k); });
+    visit("propeller.1-w_P", 0.05, reference, factor_on_rest(c.w_P0));
+    visit("propeller.1-t_P", 0.05, reference, factor_on_rest(c.t_P));
+    visit("propeller.C_1", 0.2, reference, factor_on(c.C_1));
+    visit("propeller.C_2_negative", 0.10, reference, factor_on(c.C_2_negative));
+    visit("propeller.C_2_positive", 0.10, reference, factor_on(c.C_2_positive));
   }
 
   PropellerFlow<T> flow(const Motion<T>& motion, const T& n_P) const {

@@ -78,20 +78,20 @@ struct UnifiedHull {
     scale_resistance(k);
     for (T* coefficient : {&c.X_vr, &c.Y_v, &c.Y_r, &c.N_v, &c.N_r, &c.C_D}) *coefficient *= k;
   }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("hull.resistance", 0.10, [&](const T& k) { scale_resistance(k); });
-    visit("hull.resistance_slow", 0.10, [&](const T& k) { resistance_law.scale_slow(k); });
-    visit("hull.X_vr", 0.3, factor_on(c.X_vr));
-    visit("hull.Y_v", 0.15, factor_on(c.Y_v));
-    visit("hull.Y_r", 0.25, factor_on(c.Y_r));
-    visit("hull.N_v", 0.15, factor_on(c.N_v));
-    visit("hull.N_r", 0.15, factor_on(c.N_r));
-    visit("hull.C_D", 0.2, factor_on(c.C_D));
-    visit("hull.C_rY", 0.2, factor_on(c.C_rY));
-    visit("hull.C_rN", 0.2, factor_on(c.C_rN));
-    visit("hull.X_0A", 0.10, factor_on(c.X_0A));
+    visit("hull.resistance", 0.10, reference, [&](const T& k) { scale_resistance(k); });
+    visit("hull.resistance_slow", 0.10, ResistanceLaw<T>::reference, [&](const T& k) { resistance_law.scale_slow(k); });
+    visit("hull.X_vr", 0.3, reference, factor_on(c.X_vr));
+    visit("hull.Y_v", 0.15, reference, factor_on(c.Y_v));
+    visit("hull.Y_r", 0.25, reference, factor_on(c.Y_r));
+    visit("hull.N_v", 0.15, reference, factor_on(c.N_v));
+    visit("hull.N_r", 0.15, reference, factor_on(c.N_r));
+    visit("hull.C_D", 0.2, reference, factor_on(c.C_D));
+    visit("hull.C_rY", 0.2, reference, factor_on(c.C_rY));
+    visit("hull.C_rN", 0.2, reference, factor_on(c.C_rN));
+    visit("hull.X_0A", 0.10, reference, factor_on(c.X_0A));
   }
 
   Vec3<T> force(const Motion<T>& motion) const {

@@ -82,20 +82,20 @@ struct VectwinRudders {
   void scale_flow_straightening(const T& k) { k_gamma *= k; }
   /// All forces by this factor.
   void scale_force(const T& k) { scale_normal_force(k, k); }
-  /// What is known up to a factor: visit(name, log_sd, scale), where scale(k) multiplies by k.
+  /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>
   void coefficients(const Visit& visit) {
-    visit("rudder.1-t_R", 0.05, factor_on_rest(c.t_R));
-    visit("rudder.gain_port", 0.10, factor_on(k_port));
-    visit("rudder.gain_starboard", 0.10, factor_on(k_starboard));
-    visit("rudder.k_x", 0.10, factor_on(c.k_x));
-    visit("rudder.gamma_R", 0.2, factor_on(k_gamma));
-    visit("rudder.interference", 0.2, factor_on(k_interference));
-    visit("rudder.a_H", 0.2, factor_on(k_a_H));
-    visit("rudder.x_H", 0.10, factor_on(k_x_H));
-    visit("rudder.l_R", 0.15, factor_on(k_l_R));
-    visit("rudder.gain_35deg", 0.2, factor_on(shape.k_35));
-    visit("rudder.gain_90deg", 0.2, factor_on(shape.k_90));
+    visit("rudder.1-t_R", 0.05, reference, factor_on_rest(c.t_R));
+    visit("rudder.gain_port", 0.10, reference, factor_on(k_port));
+    visit("rudder.gain_starboard", 0.10, reference, factor_on(k_starboard));
+    visit("rudder.k_x", 0.10, reference, factor_on(c.k_x));
+    visit("rudder.gamma_R", 0.2, reference, factor_on(k_gamma));
+    visit("rudder.interference", 0.2, reference, factor_on(k_interference));
+    visit("rudder.a_H", 0.2, reference, factor_on(k_a_H));
+    visit("rudder.x_H", 0.10, reference, factor_on(k_x_H));
+    visit("rudder.l_R", 0.15, reference, factor_on(k_l_R));
+    visit("rudder.gain_35deg", 0.2, NormalForceShape<T>::reference, factor_on(shape.k_35));
+    visit("rudder.gain_90deg", 0.2, NormalForceShape<T>::reference, factor_on(shape.k_90));
   }
 
   /// Normal forces [N] of the two rudders.

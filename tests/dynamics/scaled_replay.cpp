@@ -75,7 +75,7 @@ TEST_CASE("scaled replay: in calm air the model does what the ship did", "[dynam
   CHECK(is_like(run, scaled_down(full, law)));
 }
 
-TEST_CASE("scaled replay: sternway, and speed or yaw rate far beyond the run's, are told", "[dynamics][port]") {
+TEST_CASE("scaled replay: sternway, and speed or yaw rate far beyond the run's, are stated", "[dynamics][port]") {
   const std::vector<double> u(200, 0.3), r(200, 0.02);
   const Trajectory scaled = run_of(u, r);
   CHECK(is_like(scaled, scaled));

@@ -2,6 +2,7 @@
 #include <iterator>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include <catch2/catch.hpp>
 
@@ -18,19 +19,22 @@ TEST_CASE("coefficients: each that a module lists has a name, an uncertainty and
     const Ship ship = read_ship(name);
     ForceModules<double> modules(ship);
     Inertia<double> inertia(ship.inertia, ship.particulars);
-    std::set<std::string> names;
+    std::set<std::string> names, references;
     const auto check = [&](auto& module) {
-      const std::string reference(module.reference);
-      module.coefficients([&](const std::string& coefficient, double log_sd, const auto&) {
+      module.coefficients([&](const std::string& coefficient, double log_sd, std::string_view of, const auto&) {
+        const std::string reference(of);
+        references.insert(reference);
         CAPTURE(name, coefficient, reference);
         CHECK(names.insert(coefficient).second);
         CHECK(coefficient.find('.') != std::string::npos);
         CHECK(log_sd > 0.0);
+        REQUIRE_FALSE(reference.empty());
         CHECK(documented.find("| " + reference + " |") != std::string::npos);
       });
     };
     check(inertia);
     modules.for_each(check);
     CHECK(names.size() > 20);
+    CHECK(references.size() >= 4);  // not one for all
   }
 }

@@ -158,7 +158,7 @@ TEST_CASE("next maneuver: the certainty to be expected of two equal alternatives
     const double right = 0.5 * std::erfc(-0.5 * distance / std::sqrt(2.0));
     CHECK(gap::expected_certainty(apart, {0.5, 0.5}, 1) == Approx(right).margin(0.01));
   }
-  // Where nothing is told apart it stays as it is.
+  // Where nothing can be distinguished it stays as it is.
   CHECK(gap::expected_certainty(Eigen::MatrixXd::Zero(3, 3), {0.2, 0.7, 0.1}, 1) == Approx(0.7).epsilon(1e-9));
 }
 
@@ -333,14 +333,14 @@ TEST_CASE("gap-explain: a tug in each recording is reported by recording, and le
   }
   const gap::Explanation explanation = gap::gap_explain(read_ship("esso-osaka-3m"), recordings, none, two_jobs());
   CHECK(explanation.chosen == std::vector<std::string>{"tug"});
-  std::size_t told = 0;
+  std::size_t directions = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string run = "run" + std::to_string(i);
     for (const gap::ExplainedParameter& p : found(explanation, "tug").parameters)
       if (p.recording == run && p.name == "direction_deg") {
         CAPTURE(run, p.estimate);
         CHECK(std::abs(std::remainder(p.estimate - directions_deg[i], 360.0)) < 8.0);
-        ++told;
+        ++directions;
       }
     for (const EffectEntry& entry : explanation.effects_in.at(run))
       for (const auto& [name, value] : entry.parameters) {
@@ -349,7 +349,7 @@ TEST_CASE("gap-explain: a tug in each recording is reported by recording, and le
         if (name == "t_end_s") CHECK(*value == Approx(ends_s[i]).margin(2.0));
       }
   }
-  CHECK(told == 3);
+  CHECK(directions == 3);
 }
 
 TEST_CASE("gap-explain: a quay that the hull touches is found where it is", "[gap][slow]") {

@@ -73,7 +73,7 @@ TEST_CASE("csv: a quotation mark that is not one of a quoted field is an error",
         Rows{{"a", "b"}, {" 1 ", "2"}, {"", "\""}});
 }
 
-TEST_CASE("csv: lines that end with CR alone are told so", "[io][csv]") {
+TEST_CASE("csv: lines that end with CR alone are named", "[io][csv]") {
   const test::TemporaryFolder folder;
   for (const std::string text : {"a,b\r1,2\r3,4\r", "a\r1\r",
                                  "\xEF\xBB\xBF"

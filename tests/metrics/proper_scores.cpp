@@ -102,7 +102,7 @@ TEST_CASE("honest distance: a truth of the same law has its mean and lies within
   }
 }
 
-TEST_CASE("spread of members: what varies between and within is told apart", "[metrics]") {
+TEST_CASE("spread of members: what varies between and within is distinguished", "[metrics]") {
   const Law law = law_of(1.0, 0.5, 0.0);
   RandomStream random(4, "apart");
   Eigen::Matrix3d between = Eigen::Matrix3d::Zero(), within = between;

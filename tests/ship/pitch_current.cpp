@@ -49,7 +49,7 @@ TEST_CASE("pitch current: recorded revolutions count where both are there", "[sh
   CHECK(recordings[0][Channel::n_bt] == std::vector{1.0, 2.0, 3.0, 4.0});
 }
 
-TEST_CASE("pitch current: a ship that does not state it, is told so; one without a bow thruster does not ask",
+TEST_CASE("pitch current: a ship that does not state it is an error; one without a bow thruster does not ask",
           "[ship]") {
   std::vector<Trajectory> recordings{with_pitch_current()};
   const Ship esso = read_ship("esso-osaka-3m");

@@ -167,7 +167,7 @@ TEST_CASE("summary of gap-locate: stays on one screen however much was found", "
   gap::Findings findings = test::mismatch_findings();
   for (int i = 0; i < 40; ++i) {
     const std::string words = fmt::format(
-        "finding {} of many, told in a sentence that goes on for more than a line, "
+        "finding {} of many, in a sentence that goes on for more than a line, "
         "in which the 3° of a heading stand, and a path like {}.csv",
         i, std::string(130, 'x'));
     findings.audit.faults.push_back({"heading-bias", {}, 1.0, 1.0, 0.1, words});
