@@ -46,6 +46,8 @@ def read_sequences(file, every=1):
     codes = {name: code for code, name in enumerate(sorted(set(names)))}
     code = np.array([codes[name] for name in names])
     keep = (values[:, 1] > 0) & (values[:, 1] % every == 0)
+    if not keep.any():
+        raise InputError(f"{file}: no step after the first whose number is a multiple of {every}")
     code, values = code[keep], values[keep]
     order = np.lexsort((values[:, 2], values[:, 1], values[:, 0], code))
     code, values = code[order], values[order]
