@@ -15,7 +15,7 @@ ENSEMBLES = ROOT / "scripts" / "experiments" / "ensembles"
 SHIPS = ROOT / "configs" / "ships"
 SETS = ("Test-B", "Test-R", "Test-ZT")
 FULL_SETS = ("Test-Full-B", "Test-Full-B, unrecorded physics", "Test-R", "Test-ZT")
-RUNGS = ("plain", "physics", "disturbances", "initial-error", "calibration")
+RUNGS = ("plain", "physics", "disturbances", "initial-error")
 SETTINGS = ("SIZE=tiny CONFIG=honest UNITS= MEMBERS=12 SEEDS=2 BASES=4 WRONG_BASES=2 TRUE_SHIPS=3 MANY_MEMBERS=19 MANY_SHIPS=2 SEED=1")
 
 
@@ -50,9 +50,9 @@ class Tables(EnsemblesTest):
         self.write(f"{folder}/{name}-in-turn.json", {"datasets": {data: {"held": {"90": [in_turn] * 12}, "trace": 1.2e-4} for data in SETS}})
         self.write(f"{folder}/{name}-replay.json", {"datasets": [{"name": data, "L_eucl": replay} for data in SETS]})
 
-    def trained(self, name, seconds):
+    def trained(self, name, members, calibration=0.0):
         self.write(f"models/{name}.trained", "")
-        self.write(f"models/{name}.seconds", f"{seconds / 2}\tens-train\n{seconds / 2}\tens-train\n")
+        self.write(f"models/{name}.seconds", f"{members / 2}\tens-train --member 0\n{members / 2}\tens-train --member 1\n{calibration}\tens-train\n")
 
     def results(self):
         self.write("settings", SETTINGS)
@@ -71,7 +71,7 @@ class Tables(EnsemblesTest):
                 self.scores(f"form/{form}-{seed}-physics", held=0.6)
         for base in range(4):
             self.over("bases", f"{base:02}", held=0.86 + 0.02 * base)
-            self.trained(f"base-{base:02}", 250.0)
+            self.trained(f"base-{base:02}", 190.0, 250.0)
         for ship in range(3):
             self.sweep("plain", ship, worst=(9, 9, 9, 9))
             self.sweep("honest", ship, worst=(11, 11, 11, 12) if ship else (11, 11, 11, 8))
@@ -95,7 +95,8 @@ class Tables(EnsemblesTest):
         self.assertNotIn("**no**", text)
         self.assertEqual(text.count("To be computed"), 0)
         self.assertIn("| Test-B | plain networks | 1.0e-03 | 4 (4) | 50 | 40 (40 to 40) | 99 | 0.01 | 100 |", text)
-        self.assertIn("|  | + physics | 1.0e-04 | 4 (4) | 50 | 91 (90 to 92) | 99 | 0.01 | 250 |", text)
+        self.assertIn("|  | + physics | 1.0e-04 | 4 (4) | 50 | 91 (90 to 92) | 99 | 0.01 | 190 |", text)
+        self.assertIn("|  | + disturbances | 1.0e-04 | 4 (4) | 50 | 91 (90 to 92) | 99 | 0.01 | 440 |", text)
         self.assertIn("held out: 3 recordings, 5 sequences", text)
         self.assertIn("| zigzag | 2 | 5 |", text)
 
@@ -113,14 +114,15 @@ class Tables(EnsemblesTest):
             ("Test-B, right base", lambda: self.over("misstated", "right-1", L_eucl=3e-4)),
             ("Test-B, side force", lambda: self.over("form", "quadratic-hull-1", held=0.6)),
             ("Test-R, rudders of", lambda: self.over("form", "other-rudder-2", held=0.6)),
-            ("L_Eucl at most 5.5e-4", lambda: self.scores("ladder/real-calibration-1", L_eucl=7e-4)),
-            ("90 % regions hold 80 to 97 %", lambda: [self.scores(f"ladder/real-calibration-{s}", held=0.98) for s in (1, 2)]),
-            ("L_Maha within a factor of 2", lambda: [self.scores(f"ladder/real-calibration-{s}", ratio=0.4) for s in (1, 2)]),
-            ("at least 75 % of zigzag", lambda: self.scores("ladder/without-zigzag-calibration-1", held=0.5, inputs=("d/zigzag/a.csv",))),
+            ("L_Eucl at most 5.5e-4", lambda: self.scores("ladder/real-initial-error-1", L_eucl=7e-4)),
+            ("90 % regions hold 80 to 97 %", lambda: [self.scores(f"ladder/real-initial-error-{s}", held=0.98) for s in (1, 2)]),
+            ("L_Maha within a factor of 2", lambda: [self.scores(f"ladder/real-initial-error-{s}", ratio=0.4) for s in (1, 2)]),
+            ("at least 75 % of zigzag", lambda: self.scores("ladder/without-zigzag-initial-error-1", held=0.5, inputs=("d/zigzag/a.csv",))),
             ("12 members: the worst promises", lambda: [self.sweep("honest", k, worst=(9, 11, 11, 12)) for k in range(3)]),
             ("19 members: the gains it chooses", lambda: [self.sweep("many", k, worst=(11, 11, 11.5, 10), true=(9, 10, 10, 10)) for k in range(2)]),
-            ("at most 4 minutes", lambda: [self.trained(f"base-{k:02}", 500) for k in (0, 1)]),
-            ("at most twice", lambda: self.trained("base-00", 400)),
+            ("at most 4 minutes", lambda: [self.trained(f"base-{k:02}", 190, 300) for k in (0, 1)]),
+            ("at most twice as long", lambda: self.trained("base-00", 230)),
+            ("at most three times as long", lambda: [self.trained(f"base-{k:02}", 100, 250) for k in (0, 1)]),
         ):
             with self.subTest(target):
                 self.results()
@@ -311,10 +313,9 @@ class Recipe(EnsemblesTest):
             self.assertIn("ens-predict", command)
             return [word for word in command.split() if word.startswith("--no-")]
 
-        self.assertEqual(switches("physics"), ["--no-disturbance", "--no-initial-error", "--no-calibration"])
-        self.assertEqual(switches("disturbances"), ["--no-initial-error", "--no-calibration"])
-        self.assertEqual(switches("initial-error"), ["--no-calibration"])
-        self.assertEqual(switches("calibration"), [])
+        self.assertEqual(switches("physics"), ["--no-calibration"])
+        self.assertEqual(switches("disturbances"), ["--no-initial-error"])
+        self.assertEqual(switches("initial-error"), [])
 
     def test_another_folder_is_asked_for_where_settings_differ(self):
         self.write("out/settings", "SIZE=tiny MEMBERS=3")

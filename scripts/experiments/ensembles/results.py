@@ -6,8 +6,8 @@ import json
 import pathlib
 
 SETS = ("Test-B", "Test-R", "Test-ZT")
-RUNGS = {"plain": "plain networks", "physics": "+ physics", "disturbances": "+ disturbances", "initial-error": "+ initial error",
-         "calibration": "+ calibration"}
+RUNGS = {"plain": "plain networks", "physics": "+ physics", "disturbances": "+ disturbances", "initial-error": "+ initial error: all"}
+LAST = "initial-error"
 GROUPS = {"model": SETS, "full": ("Test-Full-B", "Test-Full-B, unrecorded physics", "Test-R", "Test-ZT")}
 KINDS = ("random", "zigzag", "turning", "berthing")
 FORMS = {"quadratic-hull": "side force and yaw damping quadratic", "other-rudder": "rudders of `esso-osaka-3m`"}
@@ -47,12 +47,13 @@ class Results:
         found = self.json(f"{name}.json")
         return None if found is None else found["datasets"]
 
-    def seconds(self, model):
-        """CPU time of a training that is finished, over all its runs; None where it is not."""
+    def seconds(self, model, calibrated=True):
+        """CPU time of a training that is finished, over all its runs, with what is done once all members are there, or without.
+        None where it is not finished."""
         if not (self.folder / "models" / f"{model}.trained").exists():
             return None
         lines = (self.folder / "models" / f"{model}.seconds").read_text(encoding="utf-8").splitlines()
-        return sum(float(line.split("\t")[0]) for line in lines)
+        return sum(float(line.split("\t")[0]) for line in lines if calibrated or "--member" in line.split())
 
     def sweep(self, kind, number):
         """[(score of the true ship, of the worst particle)] over the gains; None where it is not there yet."""
