@@ -93,7 +93,8 @@ class Tables(EnsemblesTest):
         self.results()
         text = self.run_script("tables", "print", ".").stdout
         self.assertNotIn("**no**", text)
-        self.assertEqual(text.count("To be computed"), 0)
+        self.assertEqual(text.count("To be computed"), 1)
+        self.assertIn("*To be computed:* `make -C scripts/experiments/ensembles figures`", text)
         self.assertIn("| Test-B | plain networks | 1.0e-03 | 4 (4) | 50 | 40 (40 to 40) | 99 | 0.01 | 100 |", text)
         self.assertIn("|  | + physics | 1.0e-04 | 4 (4) | 50 | 91 (90 to 92) | 99 | 0.01 | 190 |", text)
         self.assertIn("|  | + disturbances | 1.0e-04 | 4 (4) | 50 | 91 (90 to 92) | 99 | 0.01 | 440 |", text)
@@ -133,12 +134,12 @@ class Tables(EnsemblesTest):
     def test_what_is_not_there_is_to_be_computed_and_a_part_is_called_one(self):
         self.write("settings", SETTINGS)
         text = self.run_script("tables", "print", ".").stdout
-        self.assertEqual(text.count("*To be computed:*"), 7)
+        self.assertEqual(text.count("*To be computed:*"), 8)
         self.assertNotIn("| target |", text)
         self.over("bases", "02")
         text = self.run_script("tables", "print", ".").stdout
         self.assertIn("So far 1 of 4 base ships.", text)
-        self.assertEqual(text.count("*To be computed:*"), 6)
+        self.assertEqual(text.count("*To be computed:*"), 7)
         self.sweep("honest", 1, worst=(11, 11, 11, 12))
         verdict, line = self.verdict("12 members: the worst promises")
         self.assertIsNone(verdict)  # no standard error from one ship
@@ -153,16 +154,19 @@ class Tables(EnsemblesTest):
 
     def test_the_page_has_a_place_for_each_table(self):
         self.results()
+        self.write("figures/honest.png", "picture")
         page = (ROOT / "docs" / "ensembles.md").read_text(encoding="utf-8")
         copy = self.out / "repository" / "scripts" / "experiments" / "ensembles"
         shutil.copytree(ENSEMBLES, copy)
-        (self.out / "repository" / "docs").mkdir()
+        (self.out / "repository" / "docs" / "figures").mkdir(parents=True)
         (self.out / "repository" / "docs" / "ensembles.md").write_text(page, encoding="utf-8")
         subprocess.run([copy / "tables", "page", "."], cwd=self.out, check=True)
         written = (self.out / "repository" / "docs" / "ensembles.md").read_text(encoding="utf-8")
         self.assertNotIn("*To be computed:*", written)
+        self.assertIn("](figures/ensembles-honest.png)", written)
+        self.assertEqual((self.out / "repository" / "docs" / "figures" / "ensembles-honest.png").read_text(encoding="utf-8"), "picture")
         self.assertEqual([line for line in written.splitlines() if line.startswith("#")], [line for line in page.splitlines() if line.startswith("#")])
-        self.assertIn("Made by `make -C scripts/experiments/ensembles`, SIZE tiny, CONFIG honest, MEMBERS 12", written)
+        self.assertIn("Made by `make -C scripts/experiments/ensembles bases`: SIZE tiny, CONFIG honest, MEMBERS 12, BASES 4.", written)
 
     def test_wrong_calls(self):
         self.run_script("tables", "show", ".", code=2)
@@ -241,6 +245,15 @@ class Data(EnsemblesTest):
         self.assertEqual(spec["ship"], str(self.out / "draw-03.json"))
         self.assertEqual([entry["name"] for entry in spec["sets"]], ["Train-B"])
         self.assertEqual((spec["sets"][0]["runs"][0]["count"], spec["sets"][0]["runs"][0]["total_duration_s"]), (27, 4770))
+
+    def test_noise_is_what_the_calibration_found(self):
+        (self.out / "model").mkdir()
+        self.assertEqual(self.run_script("noise-of", "model").stdout, "")
+        self.write("model/calibration.json", {"sensor_sd": {"u_mps": 0.004, "vm_mps": 0.002, "r_degps": 0.03}})
+        self.assertEqual(self.run_script("noise-of", "model").stdout, "--noise-u-mps 0.004 --noise-vm-mps 0.002 --noise-r-degps 0.03\n")
+        self.write("model/calibration.json", {"sensor_sd": {}})
+        self.assertIn("expected an object", self.run_script("noise-of", "model", code=3).stderr)
+        self.run_script("noise-of", code=2)
 
     def test_a_plain_config_keeps_networks_and_schedule_alone(self):
         self.run_script("training-config", "fast", "base_spread=\"auto\"", "hidden_units=32", "-o", "honest.json")
