@@ -16,7 +16,7 @@ SHIPS = ROOT / "configs" / "ships"
 SETS = ("Test-B", "Test-R", "Test-ZT")
 FULL_SETS = ("Test-Full-B", "Test-Full-B, unrecorded physics", "Test-R", "Test-ZT")
 RUNGS = ("plain", "physics", "disturbances", "initial-error")
-SETTINGS = ("SIZE=tiny CONFIG=honest UNITS= MEMBERS=12 SEEDS=2 BASES=4 WRONG_BASES=2 TRUE_SHIPS=3 MANY_MEMBERS=19 MANY_SHIPS=2 SEED=1")
+SETTINGS = ("SIZE=tiny CONFIG=configs/honest.json UNITS= MEMBERS=12 SEEDS=2 BASES=4 WRONG_BASES=2 TRUE_SHIPS=3 MANY_MEMBERS=19 MANY_SHIPS=2 SEED=1")
 
 
 class EnsemblesTest(unittest.TestCase):
