@@ -16,7 +16,7 @@ SHIPS = ROOT / "configs" / "ships"
 SETS = ("Test-B", "Test-R", "Test-ZT")
 FULL_SETS = ("Test-Full-B", "Test-Full-B, unrecorded physics", "Test-R", "Test-ZT")
 RUNGS = ("plain", "physics", "disturbances", "initial-error")
-SETTINGS = ("SIZE=tiny CONFIG=configs/honest.json UNITS= MEMBERS=12 SEEDS=2 BASES=4 WRONG_BASES=2 TRUE_SHIPS=3 MANY_MEMBERS=19 MANY_SHIPS=2 SEED=1")
+SETTINGS = ("SIZE=tiny CONFIG=configs/honest.json UNITS= MEMBERS=12 SEEDS=2 BASES=4 WRONG_BASES=2 TRUE_SHIPS=3 MANY_MEMBERS=19 MANY_SHIPS=2 LOG_SD=0.15 SEED=1")
 
 
 class EnsemblesTest(unittest.TestCase):
@@ -166,7 +166,7 @@ class Tables(EnsemblesTest):
         self.assertIn("](figures/ensembles-honest.png)", written)
         self.assertEqual((self.out / "repository" / "docs" / "figures" / "ensembles-honest.png").read_text(encoding="utf-8"), "picture")
         self.assertEqual([line for line in written.splitlines() if line.startswith("#")], [line for line in page.splitlines() if line.startswith("#")])
-        self.assertIn("Made by `make -C scripts/experiments/ensembles bases`: SIZE tiny, CONFIG honest, MEMBERS 12, BASES 4.", written)
+        self.assertIn("Made by `make -C scripts/experiments/ensembles bases`: SIZE tiny, CONFIG honest, MEMBERS 12, BASES 4, LOG_SD 0.15.", written)
 
     def test_wrong_calls(self):
         self.run_script("tables", "show", ".", code=2)
