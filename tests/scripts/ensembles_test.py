@@ -66,6 +66,7 @@ class Tables(EnsemblesTest):
                 self.trained(f"{name}-{seed}", 100.0)
             self.over("misstated", f"right-{seed}", L_eucl=2.1e-4)
             self.over("misstated", f"wrong-{seed - 1:02}", held=0.72)
+            self.scores(f"misstated/as-stated-{seed - 1:02}", held=0.5)
             for form in ("quadratic-hull", "other-rudder"):
                 self.over("form", f"{form}-{seed}", held=0.8)
                 self.scores(f"form/{form}-{seed}-physics", held=0.6)
@@ -100,6 +101,7 @@ class Tables(EnsemblesTest):
         self.assertIn("|  | + disturbances | 1.0e-04 | 4 (4) | 50 | 91 (90 to 92) | 99 | 0.01 | 440 |", text)
         self.assertIn("held out: 3 recordings, 5 sequences", text)
         self.assertIn("| zigzag | 2 | 5 |", text)
+        self.assertIn("widths as stated, S = 1 (2 of 2) | Test-B | 1.0e-04 | 4 (4) | 50 | 50 (50 to 50) |", text)
 
     def test_each_target_can_be_missed(self):
         for target, spoil in (
