@@ -21,7 +21,7 @@ constexpr Eigen::Index kMostPoints = 20'000;  // that are looked at; more tell S
 constexpr double kDifference = 0.01;
 constexpr double kLongestPart = 0.9;  // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
 constexpr double kMostTheta = 1.0;    // of a coefficient's logarithm, where it is linearized
-constexpr int kNoiseFits = 2;                  // of linearizations that count in full, along with which noise is fitted
+constexpr int kNoiseFits = 2;         // of linearizations that count in full, along with which noise is fitted
 // The first steps take what is stated at its word and the recordings for less than they are, lest a linearization lead
 // far astray: the filter's likelihood has other maxima.
 constexpr int kStatedSteps = 5;
@@ -100,7 +100,9 @@ class SpreadFit {
       const Eigen::VectorXd before = theta_;
       step_towards(last, round >= kStatedSteps);
       const Eigen::VectorXd sd = last.covariance.diagonal().cwiseMax(1e-12).cwiseSqrt();
-      if (round >= kStatedSteps + kNoiseFits && ((theta_ - before).array() / sd.array()).abs().maxCoeff() < kThetaConverged) break;
+      if (round >= kStatedSteps + kNoiseFits &&
+          ((theta_ - before).array() / sd.array()).abs().maxCoeff() < kThetaConverged)
+        break;
     }
     BaseSpreadEstimate estimate;
     estimate.covariance = last.covariance;
