@@ -143,8 +143,8 @@ TEST_CASE("mmg-sim: ships lists every shipped ship with its length and what it i
   CHECK(result.exit_code == 0);
   CHECK(result.err.empty());
   CHECK(lines(result.out) == 1 + static_cast<long>(leeway::io::config_names("ships").size()));
-  CHECK_THAT(result.out, Contains("kvlcc2-l7             7  7 m model of the tanker KVLCC2"));
-  CHECK_THAT(result.out, Contains("kvlcc2-full         320  "));
+  CHECK_THAT(result.out, Contains("kvlcc2-l7                    7  7 m model of the tanker KVLCC2"));
+  CHECK_THAT(result.out, Contains("kvlcc2-full                320  "));
   const Outcome extra = run_tool("mmg-sim ships all");
   CHECK(extra.exit_code == 2);
   CHECK(extra.out.empty());

@@ -21,7 +21,7 @@ TEST_CASE("disturbance: stationary with the stated variance and correlation, wha
       RandomStream random(5, "paths", i);
       DisturbancePath path(disturbance, dt_s, random);
       const Vec3<double> at_start = path.next(random);
-      Vec3<double> later;
+      Vec3<double> later = at_start;
       for (double t = dt_s; t < 6.0 + 0.5 * dt_s; t += dt_s) later = path.next(random);
       first += at_start.cwiseAbs2() / kPaths;
       last += later.cwiseAbs2() / kPaths;
