@@ -27,7 +27,7 @@ constexpr int kNoiseFits = 2;         // of linearizations that count in full, a
 constexpr int kStatedSteps = 5;
 constexpr double kTemper = 0.25;  // share of the likelihood that counts, of one step by that of the next
 constexpr int kMostLinearizations = 20;
-constexpr double kLeastPart = 0.01;      // of a step that is too far
+constexpr int kMostHalvings = 7;         // of a step that is too far
 constexpr double kThetaConverged = 0.1;  // change of a coefficient in posterior standard deviations
 constexpr double kPriorOfLogS = 1.0;     // its standard deviation
 
@@ -302,8 +302,8 @@ class SpreadFit {
   void step_towards(const Posterior& posterior, bool checks) {
     const Eigen::VectorXd from = theta_, step = posterior.mean.cwiseMax(-kMostTheta).cwiseMin(kMostTheta) - from;
     const double before = cost(posterior.spread);
-    for (double part = 1.0; part > kLeastPart; part *= 0.5) {
-      theta_ = from + part * step;
+    for (int halvings = 0; halvings < kMostHalvings; ++halvings) {
+      theta_ = from + std::ldexp(1.0, -halvings) * step;
       if (!checks || cost(posterior.spread) <= before) break;
     }
     follow();

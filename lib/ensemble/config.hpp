@@ -52,8 +52,8 @@ struct TrainingConfig {
   /// Standard deviations of the observation errors (u, v_m [m/s], r [rad/s]) that weigh the loss.
   Vec3<double> sigma{0.01, 0.01, 0.1 * kDegree};
   double learning_rate = 1e-4;
-  RateSchedule schedule = RateSchedule::constant;
   double gradient_clip_norm = 0.0;  ///< 0: gradients are not clipped
+  RateSchedule schedule = RateSchedule::constant;
   Optimizer optimizer = Optimizer::adam;
   double muon_rate_factor = 3.0;  ///< Muon's rate over Adam's
   int batch_size = 32;
@@ -65,6 +65,7 @@ struct TrainingConfig {
   /// The base ship is fitted to the recordings first, and members are drawn from what these leave open of what it
   /// states.
   bool fit_base = false;
+  bool bootstrap = false;  ///< each member learns on as many recordings, drawn with replacement
   bool initial_state_net = true;
   /// Size of the initial-state network's unit output for (x0, y0 [m], psi [rad]); for velocities it is sigma.
   Vec3<double> pose_scale{0.03, 0.03, 0.1 * kDegree};
@@ -72,7 +73,6 @@ struct TrainingConfig {
   StateResampling resampling = StateResampling::decimate;
   /// With linear paths particles draw what these leave open of the inputs' means.
   InputPath inputs = InputPath::held;
-  bool bootstrap = false;  ///< each member learns on as many recordings, drawn with replacement
   /// Disturbance, sensor noise and radii by cross-fitting, once all members are trained; nothing: none.
   std::optional<CrossFitConfig> calibration = std::nullopt;
 };

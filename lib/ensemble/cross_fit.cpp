@@ -173,6 +173,7 @@ Calibration calibration_of(const std::vector<HeldOut>& all, const Noises& noises
   result.sequences = all.size();
   result.radii = radii_of(all, config.time_step_s, result.recordings);
   std::vector<MissedBlocks> blocks;
+  blocks.reserve(all.size());
   for (const HeldOut& sequence : all) blocks.push_back(sequence.blocks);
   const std::vector<double> v = noise_variances(blocks, noises);
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -76,7 +76,8 @@ std::vector<Eigen::MatrixXd> spread_noises(const std::vector<StepDerivatives>& s
 }  // namespace
 
 Noises::Noises(double step_s, int steps) : time_step_s(step_s) {
-  for (double tau = step_s; tau <= step_s * steps; tau *= kTimeConstantRatio) tau_s.push_back(tau);
+  const int last = static_cast<int>(std::floor(std::log(steps) / std::log(kTimeConstantRatio) + 1e-9));
+  for (int i = 0; i <= last; ++i) tau_s.push_back(step_s * std::pow(kTimeConstantRatio, i));
 }
 
 MissedBlocks missed_blocks(const std::vector<Vec3<double>>& error, const std::vector<Eigen::Matrix3Xd>& networks,

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <compare>
 #include <numeric>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -66,7 +66,10 @@ struct ParticleColumn {
   static constexpr int kShared = -1;  // by particles without one
   int member, state, particle;
 
-  friend auto operator<=>(const ParticleColumn&, const ParticleColumn&) = default;
+  friend bool operator<(const ParticleColumn& a, const ParticleColumn& b) {
+    return std::tie(a.member, a.state, a.particle) < std::tie(b.member, b.state, b.particle);
+  }
+  friend bool operator==(const ParticleColumn&, const ParticleColumn&) = default;
 };
 
 // The particles of one sequence on their way.
@@ -271,12 +274,14 @@ std::vector<SequencePrediction> predict_sequences(EnsembleEvaluator& evaluator, 
                                                   const PredictionOptions& options) {
   const ModelInputs& inputs = ensemble.header().inputs;
   std::vector<Particles> sequences;
+  sequences.reserve(tasks.size());
   Eigen::Index longest = 0;
   for (const SequenceTask& task : tasks) {
     sequences.emplace_back(task, ensemble, options);
     longest = std::max(longest, task.range.size);
   }
   std::vector<Columns> columns;
+  columns.reserve(static_cast<std::size_t>(ensemble.members()));
   for (int m = 0; m < ensemble.members(); ++m)
     columns.emplace_back(evaluator, m, options.integrator, inputs.sampled_actuators().size());
 
