@@ -37,7 +37,7 @@ std::vector<Trajectory> recordings_of(const Ship& ship) {
 
 }  // namespace
 
-TEST_CASE("base spread: how wrong a ship is shows in recordings, and a right one as well", "[ensemble][base]") {
+TEST_CASE("base spread: how wrong a ship is shows in recordings, and a right one as well", "[ensemble][base][long]") {
   const std::shared_ptr<const BaseModel> stated = BaseModel::read("vectwin-3m");
   const auto inferred = [&](const Ship& truth) {
     const std::vector<Trajectory> recordings = recordings_of(truth);
