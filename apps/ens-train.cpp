@@ -329,7 +329,7 @@ int main(int argc, char** argv) try {
   const std::vector<ensemble::TrainingFile> files = training_files(recordings);
   std::optional<ensemble::BaseSpreadEstimate> found;
   const ensemble::TrainingData data =
-      ensemble::prepare_in_folder(o.output, recordings, config, base, o.common.seed, files, found);
+      ensemble::prepare_in_folder(o.output, recordings, config, base, o.common.seed, files, found, o.common.jobs);
   cli::warn_all(data.notices);
   tell_base(o, data, found);
   std::optional<ensemble::TrainingData> held_out;

@@ -25,11 +25,12 @@ void scale_networks(const Vec3<double>& acceleration_noise, TrainingData& data) 
 }  // namespace
 
 TrainingData prepare_on_base(const std::vector<Trajectory>& recordings, const TrainingConfig& config,
-                             const std::shared_ptr<const BaseModel>& base, std::optional<BaseSpreadEstimate>& found) {
+                             const std::shared_ptr<const BaseModel>& base, std::optional<BaseSpreadEstimate>& found,
+                             std::size_t jobs) {
   TrainingData data = prepare_training_data(recordings, config, base);
   if (base && config.base_spread) data.base_spread = *config.base_spread;
   if (!infers(config, base)) return data;
-  found = infer_base_spread(data, recordings, config.base_spread);
+  found = infer_base_spread(data, recordings, config.base_spread, jobs);
   data.base_spread = found->spread;
   if (!config.fit_base) return data;
   TrainingData fitted = prepare_training_data(recordings, config, calibrated(*base, *found));
@@ -42,7 +43,7 @@ TrainingData prepare_on_base(const std::vector<Trajectory>& recordings, const Tr
 TrainingData prepare_in_folder(const std::string& folder, const std::vector<Trajectory>& recordings,
                                const TrainingConfig& config, const std::shared_ptr<const BaseModel>& base,
                                std::uint64_t seed, const std::vector<TrainingFile>& files,
-                               std::optional<BaseSpreadEstimate>& found) {
+                               std::optional<BaseSpreadEstimate>& found, std::size_t jobs) {
   if (infers(config, base)) {
     const auto existing = read_header(folder, true);
     if (existing && existing->base && has_base_file(folder, *existing)) {
@@ -59,7 +60,7 @@ TrainingData prepare_in_folder(const std::string& folder, const std::vector<Traj
       }
     }
   }
-  return prepare_on_base(recordings, config, base, found);
+  return prepare_on_base(recordings, config, base, found, jobs);
 }
 
 }  // namespace leeway::ensemble

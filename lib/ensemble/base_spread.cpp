@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "dynamics/replay.hpp"
 #include "io/files.hpp"
@@ -19,9 +20,10 @@ constexpr Eigen::Index kMostPoints = 20'000;  // that are looked at; more tell S
 // Of a coefficient's logarithm, to either side, for derivatives: chords, since forces switch here and there, and a jump
 // within a smaller difference would pass for knowledge.
 constexpr double kDifference = 0.01;
-constexpr double kLongestPart = 0.9;  // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
-constexpr double kMostTheta = 1.0;    // of a coefficient's logarithm, where it is linearized
-constexpr int kNoiseFits = 2;         // of linearizations that count in full, along with which noise is fitted
+constexpr double kShareDifference = 0.1;  // of an input's share, to either side, for derivatives
+constexpr double kLongestPart = 0.9;      // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
+constexpr double kMostTheta = 1.0;        // of a coefficient's logarithm, where it is linearized
+constexpr int kNoiseFits = 2;             // of linearizations that count in full, along with which noise is fitted
 // The first steps take what is stated at its word and the recordings for less than they are, lest a linearization lead
 // far astray: the filter's likelihood has other maxima.
 constexpr int kStatedSteps = 5;
@@ -32,29 +34,72 @@ constexpr double kThetaConverged = 0.1;  // change of a coefficient in posterior
 constexpr double kPriorOfLogS = 1.0;     // its standard deviation
 
 using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+// Actuators as in Actuators, then the true wind.
+using InputVector = Eigen::Matrix<double, static_cast<int>(kActuatorChannels.size()) + 2, 1>;
+
+InputVector as_vector(const Inputs<double>& inputs) {
+  InputVector result;
+  result << Eigen::Map<const Eigen::VectorXd>(inputs.actuators.values.data(), result.size() - 2), inputs.true_wind;
+  return result;
+}
+
+void move(Inputs<double>& inputs, const InputVector& by) {
+  for (std::size_t i = 0; i < inputs.actuators.values.size(); ++i)
+    inputs.actuators.values[i] += by(static_cast<Eigen::Index>(i));
+  inputs.true_wind += by.tail<2>();
+}
 
 // A stretch with inputs that are linear between samples, and derivatives of its steps' ends.
 struct Track {
   Samples samples;
   std::vector<std::vector<StepInputs<double>>> inputs;  // of the parts of each step, straight from sample to sample
+  std::vector<InputVector> changes;                     // of the inputs over each step
   Eigen::Index steps;
-  Eigen::Matrix3Xd path;  // velocities that it is linearized at: recorded at first, then filtered
-  std::vector<Columns> by_theta;
+  Eigen::Matrix3Xd path;          // velocities that it is linearized at: recorded at first, then filtered
+  std::vector<Columns> by_theta;  // and by the shares of the inputs
   std::vector<Eigen::Matrix3d> by_state;
 };
 
-// What the filter's innovations say: -2 log likelihood is rest + theta' A theta - 2 b' theta.
+// What the filter's innovations say: -2 log likelihood is rest + x' A x - 2 b' x. x are the coefficients' logarithms
+// theta, then the shares of their changes by which the inputs are ahead of the straight line between samples.
 struct Likelihood {
   Eigen::MatrixXd A;
   Eigen::VectorXd b;
   double rest = 0.0;
-  double here = 0.0;  // -2 log likelihood at theta_ itself
+  double here = 0.0;  // -2 log likelihood at x itself
+
+  // Of the first n of x alone, the shares integrated out.
+  Likelihood without_shares(Eigen::Index n) const {
+    const Eigen::Index shares = b.size() - n;
+    const Eigen::LLT<Eigen::MatrixXd> open(precision_of_shares(n));
+    const Eigen::MatrixXd gain = open.solve(A.bottomLeftCorner(shares, n));
+    Likelihood result{A.topLeftCorner(n, n) - A.topRightCorner(n, shares) * gain,
+                      b.head(n) - gain.transpose() * b.tail(shares), rest, here};
+    const Eigen::MatrixXd L = open.matrixL();
+    result.rest += 2.0 * (L.diagonal() * std::sqrt(kInputShareVariance)).array().log().sum() -
+                   b.tail(shares).dot(open.solve(b.tail(shares)));
+    return result;
+  }
+  // The likeliest shares with given coefficients.
+  Eigen::VectorXd shares(const Eigen::VectorXd& theta) const {
+    const Eigen::Index n = theta.size(), count = b.size() - n;
+    return precision_of_shares(n).llt().solve(b.tail(count) - A.bottomLeftCorner(count, n) * theta);
+  }
+
+ private:
+  Eigen::MatrixXd precision_of_shares(Eigen::Index n) const {
+    const Eigen::Index count = b.size() - n;
+    Eigen::MatrixXd result = A.bottomRightCorner(count, count);
+    result.diagonal().array() += 1.0 / kInputShareVariance;
+    return result;
+  }
 };
 
 class SpreadFit {
  public:
-  SpreadFit(const TrainingData& data, const std::vector<Trajectory>& recordings, std::optional<double> spread)
-      : data_(data), dt_s_(data.config.time_step_s) {
+  SpreadFit(const TrainingData& data, const std::vector<Trajectory>& recordings, std::optional<double> spread,
+            std::size_t jobs)
+      : data_(data), jobs_(jobs), dt_s_(data.config.time_step_s) {
     constexpr int kGrid = 121;  // ln S from -3 to 3
     if (spread)
       log_S_ = {std::log(*spread)};
@@ -77,15 +122,22 @@ class SpreadFit {
         if (samples.file != recording.file || points >= kMostPoints) continue;
         const Eigen::Index size = std::min(samples.size(), kMostPoints - points);
         points += size;
-        Track track{samples, {}, size - 1, samples.nu, {}, {}};
+        Track track{samples, {}, {}, size - 1, samples.nu, {}, {}};
         for (Eigen::Index k = 0; k < track.steps; ++k) {
           track.inputs.emplace_back();
           for (int part = 0; part < parts_; ++part)
             track.inputs.back().push_back(inputs.step(samples.t_s(k) + part * part_s, part_s));
+          track.changes.emplace_back(as_vector(track.inputs.back().back().end) -
+                                     as_vector(track.inputs.back().front().start));
         }
         tracks_.push_back(std::move(track));
       }
     }
+    for (Eigen::Index i = 0; i < InputVector::SizeAtCompileTime; ++i)
+      if (std::ranges::any_of(tracks_, [&](const Track& track) {
+            return std::ranges::any_of(track.changes, [&](const InputVector& change) { return change(i) != 0.0; });
+          }))
+        moving_.push_back(i);
     // Noise at first as large as all that the base ship leaves over.
     for (int i = 0; i < 3; ++i)
       log_noise_(i) = std::log(data.inputs.accelerations[static_cast<std::size_t>(i)].sd * std::sqrt(dt_s_));
@@ -126,16 +178,20 @@ class SpreadFit {
   }
 
   // The velocity at the end of a step from what is recorded of the heading.
-  Vec3<double> step(const Model<double>& model, const Track& track, Eigen::Index k, const Vec3<double>& nu) const {
+  Vec3<double> step(const Model<double>& model, const Track& track, Eigen::Index k, const Vec3<double>& nu,
+                    const InputVector& shares) const {
     ShipState<double> state;
     state.eta(2) = track.samples.eta(2, k);
     state.nu = nu;
-    for (const StepInputs<double>& part : track.inputs[static_cast<std::size_t>(k)])
+    const InputVector ahead = shares.cwiseProduct(track.changes[static_cast<std::size_t>(k)]);
+    for (StepInputs<double> part : track.inputs[static_cast<std::size_t>(k)]) {
+      for (Inputs<double>* inputs : {&part.start, &part.middle, &part.end}) move(*inputs, ahead);
       state = integrate(model, state, part, dt_s_ / parts_);
+    }
     return state.nu;
   }
 
-  // The model at theta_, and derivatives along the recorded states.
+  // The model at theta_, and derivatives along the paths.
   void linearize() {
     model_ = model_at(theta_);
     const Eigen::Index n = theta_.size();
@@ -143,29 +199,49 @@ class SpreadFit {
     for (Eigen::Index i = 0; i < n; ++i)
       for (const double side : {1.0, -1.0})
         moved.push_back(model_at(theta_ + side * kDifference * Eigen::VectorXd::Unit(n, i)));
-    for (Track& track : tracks_) {
+    parallel_for(tracks_.size(), jobs_, [&](std::size_t t) {
+      Track& track = tracks_[t];
       track.by_theta.clear();
       track.by_state.clear();
-      for (Eigen::Index k = 0; k < track.steps; ++k) {
-        const Vec3<double> nu = track.path.col(k);
-        const Vec3<double> end = step(*model_, track, k, nu);
-        Columns by_theta(3, n);
-        for (Eigen::Index i = 0; i < n; ++i) {
-          const auto m = static_cast<std::size_t>(2 * i);
-          by_theta.col(i) = (step(moved[m], track, k, nu) - step(moved[m + 1], track, k, nu)) / (2.0 * kDifference);
-        }
-        Eigen::Matrix3d by_state;
-        for (int i = 0; i < 3; ++i) {
-          const double h = 1e-3 * data_.config.sigma(i);
-          by_state.col(i) = (step(*model_, track, k, nu + h * Vec3<double>::Unit(i)) - end) / h;
-        }
-        if (!by_theta.allFinite() || !by_state.allFinite())
-          throw NumericalError(fmt::format("{}: the base ship '{}' has no finite acceleration at t = {} s",
-                                           track.samples.file, data_.base->ship().name, track.samples.t_s(k)));
-        track.by_theta.push_back(std::move(by_theta));
-        track.by_state.push_back(by_state);
-      }
+      for (Eigen::Index k = 0; k < track.steps; ++k) linearize_step(moved, track, k);
+    });
+  }
+
+  //   moved  models with each coefficient moved to either side
+  void linearize_step(const std::vector<Model<double>>& moved, Track& track, Eigen::Index k) const {
+    const Vec3<double> nu = track.path.col(k);
+    const Vec3<double> end = step(*model_, track, k, nu, shares_);
+    const Eigen::Index n = theta_.size();
+    Columns by_theta(3, size());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto m = static_cast<std::size_t>(2 * i);
+      by_theta.col(i) =
+          (step(moved[m], track, k, nu, shares_) - step(moved[m + 1], track, k, nu, shares_)) / (2.0 * kDifference);
     }
+    for (std::size_t j = 0; j < moving_.size(); ++j) {
+      const InputVector h = kShareDifference * InputVector::Unit(moving_[j]);
+      by_theta.col(n + static_cast<Eigen::Index>(j)) =
+          (step(*model_, track, k, nu, shares_ + h) - step(*model_, track, k, nu, shares_ - h)) /
+          (2.0 * kShareDifference);
+    }
+    Eigen::Matrix3d by_state;
+    for (int i = 0; i < 3; ++i) {
+      const double h = 1e-3 * data_.config.sigma(i);
+      by_state.col(i) = (step(*model_, track, k, nu + h * Vec3<double>::Unit(i), shares_) - end) / h;
+    }
+    if (!by_theta.allFinite() || !by_state.allFinite())
+      throw NumericalError(fmt::format("{}: the base ship '{}' has no finite acceleration at t = {} s",
+                                       track.samples.file, data_.base->ship().name, track.samples.t_s(k)));
+    track.by_theta.push_back(std::move(by_theta));
+    track.by_state.push_back(by_state);
+  }
+
+  // Of x in Likelihood, and where it is linearized.
+  Eigen::Index size() const { return theta_.size() + static_cast<Eigen::Index>(moving_.size()); }
+  Eigen::VectorXd here() const {
+    Eigen::VectorXd x(size());
+    x << theta_, shares_(moving_);
+    return x;
   }
 
   // Paths that the filter finds with the likeliest coefficients: what noise is left in them is no part of the
@@ -179,7 +255,7 @@ class SpreadFit {
 
   //   paths  nothing, or where the filtered velocities go
   Likelihood likelihood(const Vec3<double>& log_noise, std::vector<Eigen::Matrix3Xd>* paths = nullptr) const {
-    const Eigen::Index n = theta_.size();
+    const Eigen::Index n = size();
     Likelihood sum{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0.0};
     const Eigen::Matrix3d R = data_.config.sigma.cwiseAbs2().asDiagonal();
     const Eigen::Matrix3d Q = ((2.0 * log_noise).array().exp() * dt_s_).matrix().asDiagonal();
@@ -190,10 +266,12 @@ class SpreadFit {
       Eigen::Matrix3d P = R;
       Columns by_theta = Columns::Zero(3, n);
       for (Eigen::Index k = 0; k < track.steps; ++k) {
-        const Vec3<double> end = step(*model_, track, k, nu);
+        const Vec3<double> end = step(*model_, track, k, nu, shares_);
         if (!end.allFinite()) break;
         const Eigen::Matrix3d& F = track.by_state[static_cast<std::size_t>(k)];
-        const Eigen::Matrix3d before = F * P * F.transpose() + Q;
+        const auto by_shares = track.by_theta[static_cast<std::size_t>(k)].rightCols(n - theta_.size());
+        const Eigen::Matrix3d before =
+            F * P * F.transpose() + Q + kInputShareVariance * by_shares * by_shares.transpose();
         const Columns moved = F * by_theta + track.by_theta[static_cast<std::size_t>(k)];
         const Vec3<double> e = track.samples.nu.col(k + 1) - end;
         const Eigen::LLT<Eigen::Matrix3d> V(before + R);
@@ -211,15 +289,17 @@ class SpreadFit {
       }
     }
     sum.A = Eigen::MatrixXd(sum.A.selfadjointView<Eigen::Lower>());
-    // From differences to theta_ to theta itself.
+    // From differences to x itself.
+    const Eigen::VectorXd x = here();
     sum.here = c;
-    sum.rest = c + 2.0 * sum.b.dot(theta_) + theta_.dot(sum.A * theta_);
-    sum.b += sum.A * theta_;
+    sum.rest = c + 2.0 * sum.b.dot(x) + x.dot(sum.A * x);
+    sum.b += sum.A * x;
     return sum;
   }
 
-  // Log evidence of each S on the grid, coefficients integrated out; the prior of S is in it.
-  std::vector<double> log_evidence(const Likelihood& of) const {
+  // Log evidence of each S on the grid, coefficients and shares integrated out; the prior of S is in it.
+  std::vector<double> log_evidence(const Likelihood& with_shares) const {
+    const Likelihood of = with_shares.without_shares(theta_.size());
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(root_.transpose() * of.A * root_);
     const Eigen::ArrayXd values = eigen.eigenvalues().array().max(0.0);
     const Eigen::ArrayXd b2 = (eigen.eigenvectors().transpose() * (root_.transpose() * of.b)).array().square();
@@ -283,27 +363,34 @@ class SpreadFit {
   // The coefficients' normal law with the median of S.
   struct Posterior {
     Eigen::VectorXd mean;
+    Eigen::VectorXd shares;  // the likeliest, with the mean
     Eigen::MatrixXd covariance;
     double spread = 1.0;
   };
   //   share  of the likelihood that counts; S is 1 where it is not whole, if it is not given
   Posterior posterior(double share) const {
-    const Likelihood of = likelihood(log_noise_);
-    const double spread = share < 1.0 && log_S_.size() > 1 ? 1.0 : quantile(posterior_of_log_S(of), 0.5);
+    Likelihood whole = likelihood(log_noise_);
+    const double spread = share < 1.0 && log_S_.size() > 1 ? 1.0 : quantile(posterior_of_log_S(whole), 0.5);
+    whole.A *= share;
+    whole.b *= share;
+    const Likelihood of = whole.without_shares(theta_.size());
     const Eigen::MatrixXd root = spread * root_;
     const Eigen::LDLT<Eigen::MatrixXd> precision(Eigen::MatrixXd::Identity(theta_.size(), theta_.size()) +
-                                                 share * root.transpose() * of.A * root);
+                                                 root.transpose() * of.A * root);
     const Eigen::MatrixXd covariance = root * precision.solve(root.transpose());
-    return {share * covariance * of.b, 0.5 * (covariance + covariance.transpose()), spread};
+    const Eigen::VectorXd mean = covariance * of.b;
+    return {mean, whole.shares(mean), 0.5 * (covariance + covariance.transpose()), spread};
   }
 
   // To the posterior's mean, or a part of the way where that is less likely than here: linearizations reach so far
   // only.
   void step_towards(const Posterior& posterior, bool checks) {
     const Eigen::VectorXd from = theta_, step = posterior.mean.cwiseMax(-kMostTheta).cwiseMin(kMostTheta) - from;
+    const Eigen::VectorXd shares_from = shares_(moving_), shares_step = posterior.shares - shares_from;
     const double before = cost(posterior.spread);
     for (int halvings = 0; halvings < kMostHalvings; ++halvings) {
       theta_ = from + std::ldexp(1.0, -halvings) * step;
+      shares_(moving_) = shares_from + std::ldexp(1.0, -halvings) * shares_step;
       if (!checks || cost(posterior.spread) <= before) break;
     }
     follow();
@@ -312,18 +399,22 @@ class SpreadFit {
   // -2 log posterior of the coefficients at theta_, by the filter itself.
   double cost(double spread) {
     model_ = model_at(theta_);
-    const double cost = likelihood(log_noise_).here + whitened_.solve(theta_).squaredNorm() / (spread * spread);
+    const double cost = likelihood(log_noise_).here + whitened_.solve(theta_).squaredNorm() / (spread * spread) +
+                        shares_.squaredNorm() / kInputShareVariance;
     return std::isfinite(cost) ? cost : INFINITY;
   }
 
   const TrainingData& data_;
+  std::size_t jobs_;
   double dt_s_;
   int parts_ = 1;  // of a step
   std::vector<std::string> names_;
   Eigen::MatrixXd root_;                                              // root_ root_' is the stated covariance
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whitened_;  // of root_
   Eigen::VectorXd theta_;
-  std::vector<double> log_S_;  // of which the evidence is computed
+  std::vector<double> log_S_;         // of which the evidence is computed
+  std::vector<Eigen::Index> moving_;  // inputs that change
+  InputVector shares_ = InputVector::Zero();
   Vec3<double> log_noise_ = Vec3<double>::Zero();
   std::optional<Model<double>> model_;
   std::vector<Track> tracks_;
@@ -332,9 +423,9 @@ class SpreadFit {
 }  // namespace
 
 BaseSpreadEstimate infer_base_spread(const TrainingData& data, std::vector<Trajectory> recordings,
-                                     std::optional<double> spread) {
+                                     std::optional<double> spread, std::size_t jobs) {
   data.base->prepare(recordings);
-  return SpreadFit(data, recordings, spread).run();
+  return SpreadFit(data, recordings, spread, jobs).run();
 }
 
 std::shared_ptr<const BaseModel> calibrated(const BaseModel& base, const BaseSpreadEstimate& by) {

@@ -6,13 +6,13 @@
 
 #include <Eigen/Dense>
 
+#include "recording/samples.hpp"
+
 namespace leeway::ensemble {
 namespace {
 
 constexpr double kTimeConstantRatio = 3.1622776601683795;  // of one process to the next: two a decade
 constexpr Eigen::Index kBlock = 10;  // points that are averaged, so that the sensors' noise hides less, our choice
-// Of the share of their changes that inputs are further on than halfway: anywhere between two samples.
-constexpr double kInputVariance = 1.0 / 12.0;
 constexpr int kMostIterations = 1000;  // of the variances
 constexpr double kConverged = 1e-3;    // change of a variance that counts, by itself
 
@@ -69,7 +69,7 @@ std::vector<Eigen::MatrixXd> spread_noises(const std::vector<StepDerivatives>& s
     for (Eigen::Index block = 0; block < blocks.size(); ++block)
       by_unit.back()(3 * block + axis, 3 * block + axis) += 1.0 / blocks.count(block);
   }
-  of_inputs = kInputVariance * by_inputs * by_inputs.transpose();
+  of_inputs = kInputShareVariance * by_inputs * by_inputs.transpose();
   return by_unit;
 }
 

@@ -9,6 +9,10 @@
 
 namespace leeway {
 
+/// Variance of the share of every change by which an input is ahead of, or behind, the straight line between samples:
+/// uniform in +-1/2.
+constexpr double kInputShareVariance = 1.0 / 12.0;
+
 /// A stretch of a recording without gaps on an equidistant time grid; column k belongs to t_s(k).
 struct Samples {
   std::string recording;  ///< name of the trajectory
