@@ -237,13 +237,15 @@ std::optional<double> train(const Options& o, const ensemble::TrainingData& data
 // Disturbance, sensor noise and radii of a whole ensemble, into its folder. Returns whether no signal stopped it.
 bool calibrate(const Options& o, const CLI::App& app, const std::string& folder, const ensemble::EnsembleHeader& header,
                const ensemble::TrainingConfig& config, const std::vector<Trajectory>& recordings,
-               const std::shared_ptr<const ensemble::BaseModel>& base, const nn::Kernels<float>& kernels) {
+               const nn::Kernels<float>& kernels) {
+  const auto base = ensemble::read_given_base(folder, header);
+  const auto fitted = config.fit_base ? ensemble::read_base(folder, header) : nullptr;
   std::optional<ensemble::Calibration> found;
   {
     const int networks = ensemble::networks_of_cross_fit(config, recordings.size());
     cli::Progress progress(fmt::format("ens-train: calibration by {} networks", networks), networks, o.common);
     double trained = 0.0;
-    found = ensemble::cross_fit({recordings, config, base, header.seed, o.common.jobs, kernels,
+    found = ensemble::cross_fit({recordings, config, base, fitted, header.seed, o.common.jobs, kernels,
                                  cli::Interruption::requested, [&] { progress.update(trained += 1.0, ""); }});
   }
   if (!found) return false;
@@ -283,9 +285,7 @@ int calibrate_folder(const Options& o, const CLI::App& app) {
   ensemble::TrainingConfig config = header.config;
   if (!config.calibration) config.calibration.emplace();
   const cli::Interruption interruption;
-  if (calibrate(o, app, o.calibrate, header, config, recordings, ensemble::read_given_base(o.calibrate, header),
-                nn::kernels(o.kernel)))
-    return cli::kOk;
+  if (calibrate(o, app, o.calibrate, header, config, recordings, nn::kernels(o.kernel))) return cli::kOk;
   spdlog::error("stopped by {}; nothing is written", cli::Interruption::signal_name());
   return cli::kComputationFailed;
 }
@@ -361,7 +361,7 @@ int main(int argc, char** argv) try {
   spdlog::info("{}: {} member{} trained on {} windows, mean loss {:.4g} (noise alone gives 3)", o.output,
                training.members.size(), training.members.size() == 1 ? "" : "s", data.windows.size(), *mean_loss);
   if (o.member < 0 && config.calibration && !ensemble::read_calibration(o.output, header) &&
-      !calibrate(o, app, o.output, header, config, recordings, base, kernels)) {
+      !calibrate(o, app, o.output, header, config, recordings, kernels)) {
     spdlog::error("stopped by {} in the calibration. The same command with --resume begins it again",
                   cli::Interruption::signal_name());
     return cli::kComputationFailed;

@@ -26,11 +26,11 @@ void scale_networks(const Vec3<double>& acceleration_noise, TrainingData& data) 
 
 TrainingData prepare_on_base(const std::vector<Trajectory>& recordings, const TrainingConfig& config,
                              const std::shared_ptr<const BaseModel>& base, std::optional<BaseSpreadEstimate>& found,
-                             std::size_t jobs) {
+                             std::size_t jobs, const BaseModel* near) {
   TrainingData data = prepare_training_data(recordings, config, base);
   if (base && config.base_spread) data.base_spread = *config.base_spread;
   if (!infers(config, base)) return data;
-  found = infer_base_spread(data, recordings, config.base_spread, jobs);
+  found = infer_base_spread(data, recordings, config.base_spread, jobs, near);
   data.base_spread = found->spread;
   if (!config.fit_base) return data;
   TrainingData fitted = prepare_training_data(recordings, config, calibrated(*base, *found));

@@ -15,9 +15,10 @@ namespace leeway::ensemble {
 ///   base   as given to the training; nothing: no base
 ///   found  what was inferred, if anything
 ///   jobs   threads; the result does not depend on them
+///   near   as of infer_base_spread()
 TrainingData prepare_on_base(const std::vector<Trajectory>& recordings, const TrainingConfig& config,
                              const std::shared_ptr<const BaseModel>& base, std::optional<BaseSpreadEstimate>& found,
-                             std::size_t jobs = 1);
+                             std::size_t jobs = 1, const BaseModel* near = nullptr);
 
 /// The same with what an earlier process has inferred, where the folder's training is that of these recordings, config,
 /// base and seed.

@@ -29,9 +29,11 @@ constexpr int kNoiseFits = 2;             // of linearizations that count in ful
 constexpr int kStatedSteps = 5;
 constexpr double kTemper = 0.25;  // share of the likelihood that counts, of one step by that of the next
 constexpr int kMostLinearizations = 20;
-constexpr int kMostHalvings = 7;         // of a step that is too far
-constexpr double kThetaConverged = 0.1;  // change of a coefficient in posterior standard deviations
-constexpr double kPriorOfLogS = 1.0;     // its standard deviation
+constexpr int kMostHalvings = 7;  // of a step that is too far
+// A step's square in the metric of the posterior, by the number of coefficients. Not less: where forces switch, the
+// derivatives themselves tremble by as much.
+constexpr double kStepConverged = 0.05;
+constexpr double kPriorOfLogS = 1.0;  // its standard deviation
 
 using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 // Actuators as in Actuators, then the true wind.
@@ -47,6 +49,11 @@ void move(Inputs<double>& inputs, const InputVector& by) {
   for (std::size_t i = 0; i < inputs.actuators.values.size(); ++i)
     inputs.actuators.values[i] += by(static_cast<Eigen::Index>(i));
   inputs.true_wind += by.tail<2>();
+}
+
+double factor_of(const Ship& ship, const std::string& name) {
+  const auto found = std::ranges::find(ship.coefficient_factors, name, &CoefficientFactor::name);
+  return found == ship.coefficient_factors.end() ? 1.0 : found->factor;
 }
 
 // A stretch with inputs that are linear between samples, and derivatives of its steps' ends.
@@ -98,8 +105,8 @@ struct Likelihood {
 class SpreadFit {
  public:
   SpreadFit(const TrainingData& data, const std::vector<Trajectory>& recordings, std::optional<double> spread,
-            std::size_t jobs)
-      : data_(data), jobs_(jobs), dt_s_(data.config.time_step_s) {
+            std::size_t jobs, const BaseModel* near)
+      : data_(data), jobs_(jobs), first_round_(near == nullptr ? 0 : kStatedSteps), dt_s_(data.config.time_step_s) {
     constexpr int kGrid = 121;  // ln S from -3 to 3
     if (spread)
       log_S_ = {std::log(*spread)};
@@ -112,6 +119,10 @@ class SpreadFit {
     root_ = (root_ * factors.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal()).eval();
     whitened_.compute(root_);
     theta_ = Eigen::VectorXd::Zero(law.covariance.rows());
+    if (near != nullptr)
+      for (std::size_t i = 0; i < names_.size(); ++i)
+        theta_(static_cast<Eigen::Index>(i)) =
+            std::log(factor_of(near->ship(), names_[i]) / factor_of(data.base->ship(), names_[i]));
     const double L_pp = data.base->ship().particulars.L_pp;
     parts_ = static_cast<int>(std::ceil(dt_s_ / (kLongestPart * std::sqrt(L_pp / kGravity_mps2))));
     const double part_s = dt_s_ / parts_;
@@ -145,16 +156,16 @@ class SpreadFit {
 
   BaseSpreadEstimate run() {
     Posterior last;
-    for (int round = 0; round < kMostLinearizations; ++round) {
-      linearize();
+    for (int round = first_round_; round < kMostLinearizations; ++round) {
+      linearize(round >= kStatedSteps);
       if (round == 0 || (round >= kStatedSteps && round < kStatedSteps + kNoiseFits)) fit_noise();
       last = posterior(round < kStatedSteps ? std::pow(kTemper, kStatedSteps - round) : 1.0);
       const Eigen::VectorXd before = theta_;
       step_towards(last, round >= kStatedSteps);
-      const Eigen::VectorXd sd = last.covariance.diagonal().cwiseMax(1e-12).cwiseSqrt();
-      if (round >= kStatedSteps + kNoiseFits &&
-          ((theta_ - before).array() / sd.array()).abs().maxCoeff() < kThetaConverged)
-        break;
+      const Eigen::VectorXd moved = theta_ - before;
+      const double square =
+          moved.dot(last.A * moved) + whitened_.solve(moved).squaredNorm() / (last.spread * last.spread);
+      if (round >= kStatedSteps + kNoiseFits && square < kStepConverged * static_cast<double>(moved.size())) break;
     }
     BaseSpreadEstimate estimate;
     estimate.covariance = last.covariance;
@@ -192,31 +203,39 @@ class SpreadFit {
   }
 
   // The model at theta_, and derivatives along the paths.
-  void linearize() {
+  //   both_sides  of a coefficient; otherwise upwards alone
+  void linearize(bool both_sides) {
     model_ = model_at(theta_);
     const Eigen::Index n = theta_.size();
-    std::vector<Model<double>> moved;
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (const double side : {1.0, -1.0})
-        moved.push_back(model_at(theta_ + side * kDifference * Eigen::VectorXd::Unit(n, i)));
+    std::vector<Chord> chords;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::VectorXd h = kDifference * Eigen::VectorXd::Unit(n, i);
+      chords.push_back({model_at(theta_ + h), std::nullopt});
+      if (both_sides) chords.back().below = model_at(theta_ - h);
+    }
     parallel_for(tracks_.size(), jobs_, [&](std::size_t t) {
       Track& track = tracks_[t];
       track.by_theta.clear();
       track.by_state.clear();
-      for (Eigen::Index k = 0; k < track.steps; ++k) linearize_step(moved, track, k);
+      for (Eigen::Index k = 0; k < track.steps; ++k) linearize_step(chords, track, k);
     });
   }
 
-  //   moved  models with each coefficient moved to either side
-  void linearize_step(const std::vector<Model<double>>& moved, Track& track, Eigen::Index k) const {
+  // Models with a coefficient that is moved.
+  struct Chord {
+    Model<double> above;
+    std::optional<Model<double>> below;
+  };
+  void linearize_step(const std::vector<Chord>& chords, Track& track, Eigen::Index k) const {
     const Vec3<double> nu = track.path.col(k);
     const Vec3<double> end = step(*model_, track, k, nu, shares_);
     const Eigen::Index n = theta_.size();
     Columns by_theta(3, size());
     for (Eigen::Index i = 0; i < n; ++i) {
-      const auto m = static_cast<std::size_t>(2 * i);
-      by_theta.col(i) =
-          (step(moved[m], track, k, nu, shares_) - step(moved[m + 1], track, k, nu, shares_)) / (2.0 * kDifference);
+      const Chord& chord = chords[static_cast<std::size_t>(i)];
+      const Vec3<double> above = step(chord.above, track, k, nu, shares_);
+      by_theta.col(i) = chord.below ? (above - step(*chord.below, track, k, nu, shares_)) / (2.0 * kDifference)
+                                    : (above - end) / kDifference;
     }
     for (std::size_t j = 0; j < moving_.size(); ++j) {
       const InputVector h = kShareDifference * InputVector::Unit(moving_[j]);
@@ -255,45 +274,59 @@ class SpreadFit {
 
   //   paths  nothing, or where the filtered velocities go
   Likelihood likelihood(const Vec3<double>& log_noise, std::vector<Eigen::Matrix3Xd>* paths = nullptr) const {
-    const Eigen::Index n = size();
-    Likelihood sum{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0.0};
-    const Eigen::Matrix3d R = data_.config.sigma.cwiseAbs2().asDiagonal();
-    const Eigen::Matrix3d Q = ((2.0 * log_noise).array().exp() * dt_s_).matrix().asDiagonal();
-    double c = 0.0;
-    for (const Track& track : tracks_) {
-      Vec3<double> nu = track.samples.nu.col(0);
-      if (paths != nullptr) paths->push_back(track.samples.nu);
-      Eigen::Matrix3d P = R;
-      Columns by_theta = Columns::Zero(3, n);
-      for (Eigen::Index k = 0; k < track.steps; ++k) {
-        const Vec3<double> end = step(*model_, track, k, nu, shares_);
-        if (!end.allFinite()) break;
-        const Eigen::Matrix3d& F = track.by_state[static_cast<std::size_t>(k)];
-        const auto by_shares = track.by_theta[static_cast<std::size_t>(k)].rightCols(n - theta_.size());
-        const Eigen::Matrix3d before =
-            F * P * F.transpose() + Q + kInputShareVariance * by_shares * by_shares.transpose();
-        const Columns moved = F * by_theta + track.by_theta[static_cast<std::size_t>(k)];
-        const Vec3<double> e = track.samples.nu.col(k + 1) - end;
-        const Eigen::LLT<Eigen::Matrix3d> V(before + R);
-        const Eigen::Matrix3d L = V.matrixL();
-        c += V.solve(e).dot(e) + 2.0 * L.diagonal().array().log().sum();
-        const Columns scaled = V.matrixL().solve(moved);
-        sum.A.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
-        sum.b += scaled.transpose() * V.matrixL().solve(e);
-        const Eigen::Matrix3d gain = V.solve(before).transpose();
-        nu = end + gain * e;
-        if (paths != nullptr) paths->back().col(k + 1) = nu;
-        P = before - gain * before;
-        P = (0.5 * (P + P.transpose())).eval();
-        by_theta = moved - gain * moved;
-      }
+    std::vector<Likelihood> of_tracks(tracks_.size());
+    if (paths != nullptr) paths->resize(tracks_.size());
+    parallel_for(tracks_.size(), jobs_, [&](std::size_t i) {
+      of_tracks[i] = likelihood(tracks_[i], log_noise, paths == nullptr ? nullptr : &(*paths)[i]);
+    });
+    Likelihood sum{Eigen::MatrixXd::Zero(size(), size()), Eigen::VectorXd::Zero(size()), 0.0, 0.0};
+    for (const Likelihood& track : of_tracks) {
+      sum.A += track.A;
+      sum.b += track.b;
+      sum.here += track.here;
     }
     sum.A = Eigen::MatrixXd(sum.A.selfadjointView<Eigen::Lower>());
     // From differences to x itself.
     const Eigen::VectorXd x = here();
-    sum.here = c;
-    sum.rest = c + 2.0 * sum.b.dot(x) + x.dot(sum.A * x);
+    sum.rest = sum.here + 2.0 * sum.b.dot(x) + x.dot(sum.A * x);
     sum.b += sum.A * x;
+    return sum;
+  }
+
+  // Of a track: its part of A (the lower triangle), b and here, by differences to x.
+  Likelihood likelihood(const Track& track, const Vec3<double>& log_noise, Eigen::Matrix3Xd* path) const {
+    const Eigen::Index n = size();
+    Likelihood sum{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0.0, 0.0};
+    const Eigen::Matrix3d R = data_.config.sigma.cwiseAbs2().asDiagonal();
+    const Eigen::Matrix3d Q = ((2.0 * log_noise).array().exp() * dt_s_).matrix().asDiagonal();
+    Vec3<double> nu = track.samples.nu.col(0);
+    if (path != nullptr) *path = track.samples.nu;
+    Eigen::Matrix3d P = R;
+    Columns by_theta = Columns::Zero(3, n);
+    for (Eigen::Index k = 0; k < track.steps; ++k) {
+      const Vec3<double> end = step(*model_, track, k, nu, shares_);
+      if (!end.allFinite()) break;
+      const Eigen::Matrix3d& F = track.by_state[static_cast<std::size_t>(k)];
+      const Columns& by_x = track.by_theta[static_cast<std::size_t>(k)];
+      // In each step by a share of its own besides.
+      const auto by_shares = by_x.rightCols(n - theta_.size());
+      const Eigen::Matrix3d before =
+          F * P * F.transpose() + Q + kInputShareVariance * by_shares * by_shares.transpose();
+      const Columns moved = F * by_theta + by_x;
+      const Vec3<double> e = track.samples.nu.col(k + 1) - end;
+      const Eigen::LLT<Eigen::Matrix3d> V(before + R);
+      const Eigen::Matrix3d L = V.matrixL();
+      sum.here += V.solve(e).dot(e) + 2.0 * L.diagonal().array().log().sum();
+      const Columns scaled = V.matrixL().solve(moved);
+      sum.A.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+      sum.b += scaled.transpose() * V.matrixL().solve(e);
+      const Eigen::Matrix3d gain = V.solve(before).transpose();
+      nu = end + gain * e;
+      if (path != nullptr) path->col(k + 1) = nu;
+      P = before - gain * before;
+      P = (0.5 * (P + P.transpose())).eval();
+      by_theta = moved - gain * moved;
+    }
     return sum;
   }
 
@@ -318,17 +351,18 @@ class SpreadFit {
     return std::isfinite(best) ? best : -INFINITY;
   }
 
-  // The three levels one after the other, by golden sections that narrow from round to round.
+  // The three levels one after the other, by golden sections that narrow from round to round and from fit to fit.
   void fit_noise() {
     constexpr double kGolden = 0.6180339887498949;
-    for (const double width : {3.0, 0.8, 0.2})
+    constexpr int kRounds = 2;
+    for (int round = 0; round < kRounds; ++round, noise_width_ *= 0.25)
       for (int i = 0; i < 3; ++i) {
         const auto value = [&](double x) {
           Vec3<double> log_noise = log_noise_;
           log_noise(i) = x;
           return best_evidence(log_noise);
         };
-        double low = log_noise_(i) - width, high = log_noise_(i) + width;
+        double low = log_noise_(i) - noise_width_, high = log_noise_(i) + noise_width_;
         double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
         double at_a = value(a), at_b = value(b);
         for (int step = 0; step < 5; ++step) {
@@ -342,6 +376,7 @@ class SpreadFit {
         }
         log_noise_(i) = at_a > at_b ? a : b;
       }
+    noise_width_ *= 8.0;  // the next fit begins at half of this one
   }
 
   std::vector<double> posterior_of_log_S(const Likelihood& of) const {
@@ -365,6 +400,7 @@ class SpreadFit {
     Eigen::VectorXd mean;
     Eigen::VectorXd shares;  // the likeliest, with the mean
     Eigen::MatrixXd covariance;
+    Eigen::MatrixXd A;  // what the likelihood adds to the prior's precision
     double spread = 1.0;
   };
   //   share  of the likelihood that counts; S is 1 where it is not whole, if it is not given
@@ -379,7 +415,7 @@ class SpreadFit {
                                                  root.transpose() * of.A * root);
     const Eigen::MatrixXd covariance = root * precision.solve(root.transpose());
     const Eigen::VectorXd mean = covariance * of.b;
-    return {mean, whole.shares(mean), 0.5 * (covariance + covariance.transpose()), spread};
+    return {mean, whole.shares(mean), 0.5 * (covariance + covariance.transpose()), of.A, spread};
   }
 
   // To the posterior's mean, or a part of the way where that is less likely than here: linearizations reach so far
@@ -406,6 +442,7 @@ class SpreadFit {
 
   const TrainingData& data_;
   std::size_t jobs_;
+  int first_round_;
   double dt_s_;
   int parts_ = 1;  // of a step
   std::vector<std::string> names_;
@@ -416,6 +453,7 @@ class SpreadFit {
   std::vector<Eigen::Index> moving_;  // inputs that change
   InputVector shares_ = InputVector::Zero();
   Vec3<double> log_noise_ = Vec3<double>::Zero();
+  double noise_width_ = 3.0;  // of the logarithms, to either side, that are looked at next
   std::optional<Model<double>> model_;
   std::vector<Track> tracks_;
 };
@@ -423,9 +461,9 @@ class SpreadFit {
 }  // namespace
 
 BaseSpreadEstimate infer_base_spread(const TrainingData& data, std::vector<Trajectory> recordings,
-                                     std::optional<double> spread, std::size_t jobs) {
+                                     std::optional<double> spread, std::size_t jobs, const BaseModel* near) {
   data.base->prepare(recordings);
-  return SpreadFit(data, recordings, spread, jobs).run();
+  return SpreadFit(data, recordings, spread, jobs, near).run();
 }
 
 std::shared_ptr<const BaseModel> calibrated(const BaseModel& base, const BaseSpreadEstimate& by) {

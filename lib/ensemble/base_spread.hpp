@@ -27,8 +27,10 @@ struct BaseSpreadEstimate {
 ///   recordings  those of the data
 ///   spread      S where it is given; else inferred
 ///   jobs        threads; the result does not depend on them
+///   near        the base ship fitted to recordings most of which these are, to start from; nothing: from the base ship
 BaseSpreadEstimate infer_base_spread(const TrainingData& data, std::vector<Trajectory> recordings,
-                                     std::optional<double> spread = std::nullopt, std::size_t jobs = 1);
+                                     std::optional<double> spread = std::nullopt, std::size_t jobs = 1,
+                                     const BaseModel* near = nullptr);
 
 /// The base ship with the likeliest coefficients, its file stating as `coefficient_covariance` what the recordings
 /// leave open of them: draws from it are draws from the posterior.

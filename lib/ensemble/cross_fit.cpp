@@ -218,7 +218,7 @@ std::optional<Calibration> cross_fit(const CrossFitting& fitting) {
   std::vector<Fold> folds = deal(fitting);
   parallel_for(folds.size(), fitting.jobs, [&](std::size_t f) {
     std::optional<BaseSpreadEstimate> found;
-    folds[f].data = prepare_on_base(folds[f].others, fitting.config, fitting.base, found);
+    folds[f].data = prepare_on_base(folds[f].others, fitting.config, fitting.base, found, 1, fitting.fitted.get());
     folds[f].members.resize(static_cast<std::size_t>(fitting.config.calibration->members));
     folds[f].bases.resize(folds[f].members.size());
   });

@@ -11,7 +11,8 @@ namespace leeway::ensemble {
 struct CrossFitting {
   const std::vector<Trajectory>& recordings;
   const TrainingConfig& config;
-  std::shared_ptr<const BaseModel> base;  ///< as given to the training: nothing, or the ship before any fit
+  std::shared_ptr<const BaseModel> base;    ///< as given to the training: nothing, or the ship before any fit
+  std::shared_ptr<const BaseModel> fitted;  ///< to all recordings, where the folds' fits start; nothing: at the base
   std::uint64_t seed = 1;
   std::size_t jobs = 1;
   const nn::Kernels<float>& kernels;

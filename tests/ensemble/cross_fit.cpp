@@ -41,7 +41,8 @@ std::vector<Trajectory> recordings_of(const Ship& ship, double noise) {
 
 Calibration calibration_of(const Ship& truth, double noise, const TrainingConfig& config) {
   const std::vector<Trajectory> recordings = recordings_of(truth, noise);
-  const auto found = cross_fit({recordings, config, BaseModel::read("vectwin-3m"), 1, 2, nn::kernels(), {}, {}});
+  const auto found =
+      cross_fit({recordings, config, BaseModel::read("vectwin-3m"), nullptr, 1, 2, nn::kernels(), {}, {}});
   REQUIRE(found);
   return *found;
 }
@@ -74,7 +75,7 @@ TEST_CASE("cross-fitting: radii are those of so many recordings", "[ensemble][ca
   TrainingConfig config = quiet_config();
   std::vector<Trajectory> few = recordings_of(read_ship("vectwin-3m"), 0.01);
   few.pop_back();
-  const auto of_eight = cross_fit({few, config, BaseModel::read("vectwin-3m"), 1, 2, nn::kernels(), {}, {}});
+  const auto of_eight = cross_fit({few, config, BaseModel::read("vectwin-3m"), nullptr, 1, 2, nn::kernels(), {}, {}});
   REQUIRE(of_eight);
   CHECK(of_eight->radii.front().channels[0].half);
   CHECK_FALSE(of_eight->radii.front().channels[0].most);  // ceil(9 * 0.9) = 9 of eight
