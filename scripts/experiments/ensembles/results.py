@@ -55,6 +55,9 @@ class Results:
         lines = (self.folder / "models" / f"{model}.seconds").read_text(encoding="utf-8").splitlines()
         return sum(float(line.split("\t")[0]) for line in lines if calibrated or "--member" in line.split())
 
+    def epochs(self, config):
+        return self.json(f"models/{config}.json")["epochs"]
+
     def sweep(self, kind, number):
         """[(score of the true ship, of the worst particle)] over the gains; None where it is not there yet."""
         path = self.folder / "controllers" / f"{kind}-{number:02}.csv"
