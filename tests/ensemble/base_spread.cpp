@@ -112,3 +112,29 @@ TEST_CASE("base spread: members learn on ships of their own, to the same bytes w
   remove_training(folder);
   CHECK_FALSE(std::filesystem::exists(one / "member-02.ship.json"));
 }
+
+TEST_CASE("base fit: the truth lies within what the recordings leave open, though inputs jump between samples",
+          "[ensemble][base][long]") {
+  const std::shared_ptr<const BaseModel> truth = BaseModel::read("vectwin-3m");
+  // They jump where a sample is: half a change behind the straight line, everywhere.
+  const std::vector<Trajectory> recordings = recordings_of(truth->ship());
+  const ShipDraws draws(truth->ship(), 1.0, 5);
+  int refused = 0;
+  const std::shared_ptr<const BaseModel> base = truth->drawn(draws, 0, refused);
+  const BaseSpreadEstimate found =
+      infer_base_spread(prepare_training_data(recordings, drawn_config(), base), recordings);
+  double square = 0.0, before = 0.0;
+  for (std::size_t i = 0; i < found.factors.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const auto of_base =
+        std::ranges::find(base->ship().coefficient_factors, found.factors[i].name, &CoefficientFactor::name);
+    REQUIRE(of_base != base->ship().coefficient_factors.end());
+    const double error = std::log(found.factors[i].factor * of_base->factor);
+    square += error * error / found.covariance(k, k);
+    before += std::pow(std::log(of_base->factor), 2.0) / found.covariance(k, k);
+  }
+  const auto n = static_cast<double>(found.factors.size());
+  CAPTURE(square / n, before / n, found.spread);
+  CHECK(square / n < 2.0);
+  CHECK(before / n > 10.0);
+}
