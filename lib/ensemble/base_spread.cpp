@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -19,6 +20,7 @@ constexpr Eigen::Index kMostPoints = 20'000;  // that are looked at; more tell S
 // Of a coefficient's logarithm, to either side, for derivatives: chords, since forces switch here and there, and a jump
 // within a smaller difference would pass for knowledge.
 constexpr double kDifference = 0.01;
+constexpr double kTypicalLogSd = 0.2;  // of a coefficient; what the difference of an absolute one is measured by
 constexpr double kLongestPart = 0.9;  // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
 constexpr double kMostTheta = 1.0;    // of a coefficient's logarithm, where it is linearized
 constexpr int kNoiseFits = 2;         // of linearizations that count in full, along with which noise is fitted
@@ -61,12 +63,16 @@ class SpreadFit {
     else
       for (int i = 0; i < kGrid; ++i) log_S_.push_back(-3.0 + 6.0 * i / (kGrid - 1));
     const CoefficientLaw law = coefficient_law(data.base->ship());
-    for (const UncertainCoefficient& c : law.coefficients) names_.push_back(c.name);
+    coefficients_ = law.coefficients;
     const Eigen::LDLT<Eigen::MatrixXd> factors(law.covariance);
     root_ = factors.transpositionsP().transpose() * Eigen::MatrixXd(factors.matrixL());
     root_ = (root_ * factors.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal()).eval();
     whitened_.compute(root_);
     theta_ = Eigen::VectorXd::Zero(law.covariance.rows());
+    most_theta_ = Eigen::VectorXd::Constant(theta_.size(), kMostTheta);
+    for (Eigen::Index i = 0; i < theta_.size(); ++i)
+      if (const auto& c = coefficients_[static_cast<std::size_t>(i)]; c.is_absolute)
+        most_theta_(i) = kMostTheta * c.sd / kTypicalLogSd;
     const double L_pp = data.base->ship().particulars.L_pp;
     parts_ = static_cast<int>(std::ceil(dt_s_ / (kLongestPart * std::sqrt(L_pp / kGravity_mps2))));
     const double part_s = dt_s_ / parts_;
@@ -111,17 +117,15 @@ class SpreadFit {
     estimate.spread = quantile(weights, 0.5);
     estimate.high = quantile(weights, 0.95);
     estimate.acceleration_noise = log_noise_.array().exp();
-    for (std::size_t i = 0; i < names_.size(); ++i)
-      estimate.factors.push_back({names_[i], std::exp(theta_(static_cast<Eigen::Index>(i)))});
+    for (std::size_t i = 0; i < coefficients_.size(); ++i)
+      estimate.factors.push_back(changed(coefficients_[i], theta_(static_cast<Eigen::Index>(i))));
     return estimate;
   }
 
  private:
   Model<double> model_at(const Eigen::VectorXd& theta) const {
     Model<double> model = data_.base->model();
-    std::vector<double> factors;
-    for (const double x : theta) factors.push_back(std::exp(x));
-    model.multiply_coefficients(factors);
+    model.change_coefficients(std::span<const double>(theta.data(), static_cast<std::size_t>(theta.size())));
     return model;
   }
 
@@ -135,6 +139,12 @@ class SpreadFit {
     return state.nu;
   }
 
+  // To either side of theta_, for derivatives: of an absolute uncertainty a share of it.
+  double difference(Eigen::Index i) const {
+    const UncertainCoefficient& c = coefficients_[static_cast<std::size_t>(i)];
+    return c.is_absolute ? kDifference * c.sd / kTypicalLogSd : kDifference;
+  }
+
   // The model at theta_, and derivatives along the recorded states.
   void linearize() {
     model_ = model_at(theta_);
@@ -142,7 +152,7 @@ class SpreadFit {
     std::vector<Model<double>> moved;
     for (Eigen::Index i = 0; i < n; ++i)
       for (const double side : {1.0, -1.0})
-        moved.push_back(model_at(theta_ + side * kDifference * Eigen::VectorXd::Unit(n, i)));
+        moved.push_back(model_at(theta_ + side * difference(i) * Eigen::VectorXd::Unit(n, i)));
     for (Track& track : tracks_) {
       track.by_theta.clear();
       track.by_state.clear();
@@ -152,7 +162,7 @@ class SpreadFit {
         Columns by_theta(3, n);
         for (Eigen::Index i = 0; i < n; ++i) {
           const auto m = static_cast<std::size_t>(2 * i);
-          by_theta.col(i) = (step(moved[m], track, k, nu) - step(moved[m + 1], track, k, nu)) / (2.0 * kDifference);
+          by_theta.col(i) = (step(moved[m], track, k, nu) - step(moved[m + 1], track, k, nu)) / (2.0 * difference(i));
         }
         Eigen::Matrix3d by_state;
         for (int i = 0; i < 3; ++i) {
@@ -300,7 +310,7 @@ class SpreadFit {
   // To the posterior's mean, or a part of the way where that is less likely than here: linearizations reach so far
   // only.
   void step_towards(const Posterior& posterior, bool checks) {
-    const Eigen::VectorXd from = theta_, step = posterior.mean.cwiseMax(-kMostTheta).cwiseMin(kMostTheta) - from;
+    const Eigen::VectorXd from = theta_, step = posterior.mean.cwiseMax(-most_theta_).cwiseMin(most_theta_) - from;
     const double before = cost(posterior.spread);
     for (int halvings = 0; halvings < kMostHalvings; ++halvings) {
       theta_ = from + std::ldexp(1.0, -halvings) * step;
@@ -319,10 +329,11 @@ class SpreadFit {
   const TrainingData& data_;
   double dt_s_;
   int parts_ = 1;  // of a step
-  std::vector<std::string> names_;
+  std::vector<UncertainCoefficient> coefficients_;
   Eigen::MatrixXd root_;                                              // root_ root_' is the stated covariance
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whitened_;  // of root_
   Eigen::VectorXd theta_;
+  Eigen::VectorXd most_theta_;  // to either side, of where it is linearized
   std::vector<double> log_S_;  // of which the evidence is computed
   Vec3<double> log_noise_ = Vec3<double>::Zero();
   std::optional<Model<double>> model_;
@@ -342,8 +353,12 @@ std::shared_ptr<const BaseModel> calibrated(const BaseModel& base, const BaseSpr
   ship.name += "-calibrated";
   ship.multiply(by.factors);
   Ship::JointUncertainty joint{{}, by.covariance};
-  for (const CoefficientFactor& factor : by.factors) joint.names.push_back(factor.name);
-  joint.matrix.diagonal() = joint.matrix.diagonal().cwiseMax(kLogSdRange.low * kLogSdRange.low);
+  for (std::size_t i = 0; i < by.factors.size(); ++i) {
+    joint.names.push_back(by.factors[i].name);
+    const double least = ship.is_absolute(by.factors[i].name) ? kAbsoluteSdRange.low : kLogSdRange.low;
+    double& variance = joint.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i));
+    variance = std::max(variance, least * least);
+  }
   io::Json json =
       multiplied(io::parse_json(base.text(), base.ship().file), by.factors,
                  fmt::format("fitted to recordings from '{}', whose stated uncertainty times {:.3g} was the "
