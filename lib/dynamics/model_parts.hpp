@@ -24,7 +24,7 @@ struct Model<T>::Parts {
         effects(std::move(other_effects)),
         residual_network(ship.residual_network) {
     effects.change({ship, inertia, modules});
-    change_coefficients(ship, inertia, modules);
+    leeway::change_coefficients(ship, inertia, modules);
     if (!ship.has_absolute_uncertainty()) return;
     for_each_coefficient(inertia, modules, [&](const char* name, double, std::string_view, const auto&) {
       moves.push_back(ship.is_absolute(name));

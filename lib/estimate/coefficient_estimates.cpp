@@ -110,7 +110,7 @@ class Estimating {
     add("propeller.K_T", {{"Wageningen B series, Oosterveld & van Oossanen (1975)", wageningen_K_T(s, J)}},
         fmt::format("B{:.0f}-{:.0f}, P/D {:.3f}; the quadratic in J is within {:.4f} of the series; here K_T at J {:.2f}",
                     s.blades, 100.0 * s.area_ratio, s.pitch_ratio, fit.largest_error, J));
-    const double holtrop = std::clamp(wake_by_holtrop(h_), 0.0, 0.7);
+    const double holtrop = std::clamp(wake_by_holtrop(h_), 0.0, 0.6);
     add("propeller.1-w_P", {{kYoshimura.source, 1.0 - w_P0_by_yoshimura(form_)}, {kHoltrop, 1.0 - holtrop}});
     add("propeller.1-t_P", {{kHoltrop, 1.0 - std::clamp(holtrop_thrust_deduction(h_.holtrop, h_.D_P), 0.0, 0.4)}});
     add("propeller.C_1", {{kStandard, 2.0}}, "that of KVLCC2");

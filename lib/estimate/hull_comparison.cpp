@@ -4,7 +4,25 @@
 
 #include <nlohmann/json.hpp>
 
+#include "dynamics/coefficient_law.hpp"
+#include "estimate/ship_estimate.hpp"
+
 namespace leeway::estimate {
+namespace {
+
+double stated_sd(const CoefficientLaw& law, const std::string& name) {
+  for (const UncertainCoefficient& c : law.coefficients)
+    if (c.name == name) return c.sd;
+  return 0.0;
+}
+
+double width_of(const std::vector<Width>& widths, const std::string& name) {
+  for (const Width& width : widths)
+    if (width.name == name) return width.sd;
+  return 0.0;
+}
+
+}  // namespace
 
 io::Json compare_measured_hulls(const std::vector<MeasuredHull>& hulls) {
   constexpr double kNormal95 = 1.959963985;
@@ -13,13 +31,16 @@ io::Json compare_measured_hulls(const std::vector<MeasuredHull>& hulls) {
   for (const MeasuredHull& hull : hulls) {
     const std::vector<Width> widths = fit_widths(hulls, {hull.name});
     const CoefficientEstimates estimates = estimate_coefficients(hull.hull);
+    const CoefficientLaw law = coefficient_law(estimate_ship(hull.hull.given, widths).ship);  // as its file states it
     io::Json coefficients = io::Json::array();
     for (const MeasuredHull::Value& value : hull.values) {
       const ErrorKind& kind = *find_error_kind(value.name);
-      const double sd = uncertainty_of(*estimates.find(value.name), kind, widths), error = error_of(kind, value);
+      const bool is_coefficient = value.name != kTacticalDiameter;
+      const double sd = is_coefficient ? stated_sd(law, value.name) : width_of(widths, value.name),
+                   error = error_of(kind, value);
       const bool is_within = std::abs(error) <= kNormal95 * sd;  // a wrong sign of a certain one is none
-      within += is_within ? 1 : 0;
-      ++count;
+      within += is_coefficient && is_within ? 1 : 0;
+      count += is_coefficient ? 1 : 0;
       int others = 0;
       for (const Width& width : widths)
         if (width.name == value.name) others = width.hulls;

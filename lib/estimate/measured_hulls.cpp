@@ -8,6 +8,7 @@
 
 #include "core/distributions.hpp"
 #include "core/units.hpp"
+#include "estimate/ship_estimate.hpp"
 #include "io/files.hpp"
 
 namespace leeway::estimate {
@@ -62,6 +63,13 @@ MeasuredHull read_measured_hull(const std::string& path) {
       if (whole->has(name)) result.values.push_back({name, whole->number(name) - share, estimates[name]});
     whole->check_all_known();
   }
+  if (const auto turning = json.object_if("tactical_diameter_over_L")) {
+    turning->text("source");
+    const double diameter = turning->number("value", io::kPositive);
+    turning->check_all_known();
+    const Ship ship = estimate_unconditioned(result.hull.given, fit_widths({})).ship;
+    result.values.push_back({std::string(kTacticalDiameter), diameter, tactical_diameter(ship).value_or(0.0)});
+  }
   json.check_all_known();
   return result;
 }
@@ -94,7 +102,7 @@ const std::vector<ErrorKind>& error_kinds() {
       {"rudder.a_H", false, 0.30},           {"rudder.x_H", false, 0.10},
       {"rudder.l_R", false, 0.20},           {"rudder.epsilon", false, 0.12},
       {"rudder.kappa", false, 0.20},         {"rudder.gamma_R_negative", false, 0.25},
-      {"rudder.gamma_R_positive", false, 0.25}};
+      {"rudder.gamma_R_positive", false, 0.25}, {kTacticalDiameter, false, 0.12}};
   return kinds;
 }
 

@@ -15,8 +15,12 @@ struct MeasuredHull {
   };
   std::string name, description, source;
   CompleteHull hull;
-  std::vector<Value> values;
+  std::vector<Value> values;  ///< coefficients, and kTacticalDiameter where it is published
 };
+
+/// Of a turn with 35 deg of rudder, by L_pp, the geometric mean of both sides: no coefficient, but what the estimate as a
+/// whole is judged by.
+inline constexpr std::string_view kTacticalDiameter = "turning.tactical_diameter";
 
 /// The hulls of configs/hulls, sorted by name. Derivatives that were measured with the rudder amidships are compared
 /// without the rudder's share, which the estimate itself gives (`with_rudder` in their files).

@@ -9,6 +9,8 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "dynamics/coefficient_law.hpp"
+#include "dynamics/maneuvers.hpp"
 #include "dynamics/straight_run.hpp"
 #include "io/files.hpp"
 
@@ -253,8 +255,90 @@ class Building {
 
 }  // namespace
 
-ShipEstimate estimate_ship(const HullParticulars& particulars, const std::vector<Width>& widths) {
+ShipEstimate estimate_unconditioned(const HullParticulars& particulars, const std::vector<Width>& widths) {
   return Building(particulars, widths).run();
+}
+
+namespace {
+
+std::optional<double> one_sided_diameter(const Ship& ship, double rudder) {
+  constexpr double kMostLengths = 40.0, kStepsPerLength = 20.0;
+  const double u = ship.u0_mps, dt_s = ship.particulars.L_pp / u / kStepsPerLength, side = std::copysign(1.0, rudder);
+  SimulatedShip turning(ship, u);
+  Actuators<double> command = ship.initial_actuators();
+  order_rudders(ship, rudder, command);
+  double psi = 0.0, y0 = 0.0;
+  for (int k = 0; k < static_cast<int>(kMostLengths * kStepsPerLength); ++k) {
+    turning.step(command, Vec2<double>::Zero(), dt_s);
+    if (!turning.is_finite()) return std::nullopt;
+    const double now = side * turning.state.eta(2), across = side * turning.state.eta(1);
+    if (now >= kPi) return (y0 + (across - y0) * (kPi - psi) / (now - psi)) / ship.particulars.L_pp;
+    psi = now;
+    y0 = across;
+  }
+  return std::nullopt;
+}
+
+// d ln D_T/d theta of each coefficient: a chord over its standard deviation to both sides, or to one of them.
+Eigen::VectorXd turning_gradient(const Ship& ship, const CoefficientLaw& law, double nominal) {
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(law.coefficients.size()));
+  for (std::size_t i = 0; i < law.coefficients.size(); ++i) {
+    double difference = 0.0, width = 0.0;
+    for (const double side : {1.0, -1.0}) {
+      Ship moved = ship;
+      moved.multiply({changed(law.coefficients[i], side * law.coefficients[i].sd)});
+      const std::optional<double> D_T = tactical_diameter(moved);
+      if (!D_T || !(*D_T > 0.1 * nominal)) continue;  // it does not come round, or no longer swings out
+      difference += side * std::log(*D_T / nominal);
+      width += law.coefficients[i].sd;
+    }
+    if (width > 0.0) gradient(static_cast<Eigen::Index>(i)) = difference / width;
+  }
+  return gradient;
+}
+
+// The law given that ln D_T, linear in theta, has the standard deviation tau: a measurement of it as good as that takes.
+Eigen::MatrixXd conditioned(const CoefficientLaw& law, const Eigen::VectorXd& gradient, double tau) {
+  const Eigen::VectorXd gain = law.covariance * gradient;
+  const double variance = gradient.dot(gain);
+  if (!(variance > tau * tau)) return law.covariance;
+  const double noise = 1.0 / (1.0 / (tau * tau) - 1.0 / variance);
+  const Eigen::MatrixXd result = law.covariance - gain * gain.transpose() / (variance + noise);
+  return 0.5 * (result + result.transpose());
+}
+
+}  // namespace
+
+std::optional<double> tactical_diameter(const Ship& ship) {
+  try {
+    const auto starboard = one_sided_diameter(ship, 35.0 * kDegree), port = one_sided_diameter(ship, -35.0 * kDegree);
+    if (!starboard || !port || !(*starboard > 0.0) || !(*port > 0.0)) return std::nullopt;
+    return std::sqrt(*starboard * *port);
+  } catch (const NumericalError&) {
+    return std::nullopt;
+  }
+}
+
+ShipEstimate estimate_ship(const HullParticulars& particulars, const std::vector<Width>& widths) {
+  ShipEstimate result = estimate_unconditioned(particulars, widths);
+  const auto width = std::ranges::find_if(widths, [](const Width& w) { return w.name == kTacticalDiameter; });
+  const std::optional<double> D_T = tactical_diameter(result.ship);
+  if (width == widths.end() || !D_T || result.ship.has_twin_rudders() || !result.ship.rudder) return result;
+  const CoefficientLaw law = coefficient_law(result.ship);
+  const Eigen::MatrixXd covariance = conditioned(law, turning_gradient(result.ship, law, *D_T), width->sd);
+  Json names = Json::array(), matrix = Json::array();
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    names.push_back(law.coefficients[static_cast<std::size_t>(i)].name);
+    matrix.push_back(std::vector<double>(covariance.row(i).begin(), covariance.row(i).end()));
+  }
+  result.json["coefficient_covariance"] = {
+      {"source", fmt::format("uncertainty, and gamma_R of both sides correlated by {:g}; conditioned on the tactical diameter, "
+                             "which such estimates have met with a log-sd of {:.3f} (docs/estimate.md)",
+                             kSidesCorrelation, width->sd)},
+      {"names", names},
+      {"matrix", matrix}};
+  result.ship = parse_ship(result.json, particulars.name);
+  return result;
 }
 
 }  // namespace leeway::estimate
