@@ -57,19 +57,24 @@ void run_scale(const CLI::App& app, const SimOptions& opt, double length_m) {
 Command add_estimate_command(CLI::App& app, SimOptions& opt, EstimateOptions& o) {
   CLI::App* sub = app.add_subcommand(
       "estimate", "a ship from its principal particulars: each coefficient with source, range and uncertainty");
-  sub->add_option("particulars", o.particulars, "particulars (JSON), or the name of shipped ones: kvlcc2, mariner, s175");
-  sub->add_option("--without", o.without,
-                  "leave a measured hull out of the fit of the uncertainties (repeatable); docs/estimate.md lists them");
-  sub->add_flag("--compare", o.compares,
-                "in place of a ship: all measured hulls, estimated beside measured, each with uncertainties fitted without it");
+  sub->add_option("particulars", o.particulars,
+                  "particulars (JSON), or the name of shipped ones: kvlcc2, mariner, s175");
+  sub->add_option(
+      "--without", o.without,
+      "leave a measured hull out of the fit of the uncertainties (repeatable); docs/estimate.md lists them");
+  sub->add_flag(
+      "--compare", o.compares,
+      "in place of a ship: all measured hulls, estimated beside measured, each with uncertainties fitted without it");
   add_output(*sub, opt, "ship (JSON), '-' for stdout");
   return {sub, [&app, &opt, &o] { run_estimate(app, opt, o); }};
 }
 
 Command add_scale_command(CLI::App& app, SimOptions& opt, double& length_m) {
   CLI::App* sub = app.add_subcommand(
-      "scale", "a ship of another size: Froude's law, friction and wake by the ITTC's procedures, each correction named");
-  sub->add_option("--ship", opt.ship, "ship (JSON), or the name of a shipped one: 'mmg-sim ships' lists them")->required();
+      "scale",
+      "a ship of another size: Froude's law, friction and wake by the ITTC's procedures, each correction named");
+  sub->add_option("--ship", opt.ship, "ship (JSON), or the name of a shipped one: 'mmg-sim ships' lists them")
+      ->required();
   sub->add_option("--length-m", length_m, "length between perpendiculars of the ship that is wanted [m]")
       ->check(in_range(0.1, 1000.0))
       ->required();

@@ -31,17 +31,16 @@ void change_coefficients(const Ship& ship, Inertia<T>& inertia, ForceModules<T>&
   for (const CoefficientFactor& by : ship.coefficient_factors) {
     const std::string pointer = (by.shift != 0.0 ? "/coefficient_shifts/" : "/coefficient_factors/") + by.name;
     std::vector<std::string> known;
-    for_each_coefficient(
-        inertia, modules, [&]<typename S>(const char* name, double, std::string_view, const S& scale) {
-          known.emplace_back(name);
-          if (by.name != name) return;
-          if (by.factor != 1.0) scale(T(by.factor));
-          if (by.shift == 0.0) return;
-          if constexpr (MovesBy<S, T>)
-            scale.move(T(by.shift));
-          else
-            throw InputError(ship.file, 0, pointer, "is no single number: a factor can change it, a difference cannot");
-        });
+    for_each_coefficient(inertia, modules, [&]<typename S>(const char* name, double, std::string_view, const S& scale) {
+      known.emplace_back(name);
+      if (by.name != name) return;
+      if (by.factor != 1.0) scale(T(by.factor));
+      if (by.shift == 0.0) return;
+      if constexpr (MovesBy<S, T>)
+        scale.move(T(by.shift));
+      else
+        throw InputError(ship.file, 0, pointer, "is no single number: a factor can change it, a difference cannot");
+    });
     if (std::find(known.begin(), known.end(), by.name) == known.end())
       throw InputError(ship.file, 0, pointer,
                        fmt::format("not a coefficient of this ship; known: {}", fmt::join(known, ", ")));

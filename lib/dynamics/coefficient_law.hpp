@@ -13,13 +13,13 @@ namespace leeway {
 /// time. A ship's file may state it among its uncertainties, but it is no coefficient of the ship.
 inline constexpr const char* kTiming = "actuators.timing";
 
-/// How far a coefficient may lie from where the ship's file has it, theta normal with mean 0: by a factor exp(theta), or
-/// where its sign is not certain by the difference theta.
+/// How far a coefficient may lie from where the ship's file has it, theta normal with mean 0: by a factor exp(theta),
+/// or where its sign is not certain by the difference theta.
 struct UncertainCoefficient {
-  std::string name;           ///< as in coefficient_factors
-  double sd = 0.0;            ///< of theta
-  bool is_stated = false;     ///< by the ship's file; else the default of its module
-  bool is_absolute = false;   ///< theta is a difference in the coefficient's own unit
+  std::string name;                            ///< as in coefficient_factors
+  double sd = 0.0;                             ///< of theta
+  bool is_stated = false;                      ///< by the ship's file; else the default of its module
+  bool is_absolute = false;                    ///< theta is a difference in the coefficient's own unit
   std::optional<double> value = std::nullopt;  ///< of the coefficient as the ship has it; nothing of a group
 };
 

@@ -69,10 +69,13 @@ void print_coefficients(Text& text, const Ship& ship) {
   constexpr double kNormal95 = 1.959963985;
   const CoefficientLaw law = coefficient_law(ship);
   const std::vector<Coefficient> known = Model<double>(ship).coefficients();
-  print(text, "\ncoefficients: value, 95 % interval (of a group: of its factor), source; * the interval is the module's default\n");
+  print(text,
+        "\ncoefficients: value, 95 % interval (of a group: of its factor), source; * the interval is the module's "
+        "default\n");
   for (std::size_t i = 0; i < known.size(); ++i) {
     const UncertainCoefficient& c = law.coefficients[i];
-    const double width = kNormal95 * std::sqrt(law.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
+    const double width =
+        kNormal95 * std::sqrt(law.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
     const double value = known[i].value.value_or(1.0);
     double low = c.is_absolute ? value - width : value * std::exp(-width);
     double high = c.is_absolute ? value + width : value * std::exp(width);

@@ -21,9 +21,9 @@ constexpr Eigen::Index kMostPoints = 20'000;  // that are looked at; more tell S
 // within a smaller difference would pass for knowledge.
 constexpr double kDifference = 0.01;
 constexpr double kTypicalLogSd = 0.2;  // of a coefficient; what the difference of an absolute one is measured by
-constexpr double kLongestPart = 0.9;  // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
-constexpr double kMostTheta = 1.0;    // of a coefficient's logarithm, where it is linearized
-constexpr int kNoiseFits = 2;         // of linearizations that count in full, along with which noise is fitted
+constexpr double kLongestPart = 0.9;   // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
+constexpr double kMostTheta = 1.0;     // of a coefficient's logarithm, where it is linearized
+constexpr int kNoiseFits = 2;          // of linearizations that count in full, along with which noise is fitted
 // The first steps take what is stated at its word and the recordings for less than they are, lest a linearization lead
 // far astray: the filter's likelihood has other maxima.
 constexpr int kStatedSteps = 5;
@@ -334,7 +334,7 @@ class SpreadFit {
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whitened_;  // of root_
   Eigen::VectorXd theta_;
   Eigen::VectorXd most_theta_;  // to either side, of where it is linearized
-  std::vector<double> log_S_;  // of which the evidence is computed
+  std::vector<double> log_S_;   // of which the evidence is computed
   Vec3<double> log_noise_ = Vec3<double>::Zero();
   std::optional<Model<double>> model_;
   std::vector<Track> tracks_;

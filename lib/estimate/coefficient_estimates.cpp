@@ -10,7 +10,8 @@
 namespace leeway::estimate {
 namespace {
 
-constexpr std::string_view kHoltrop = "Holtrop & Mennen (1982), Int. Shipbuilding Progress 29, 166-170, friction by ITTC 1957";
+constexpr std::string_view kHoltrop =
+    "Holtrop & Mennen (1982), Int. Shipbuilding Progress 29, 166-170, friction by ITTC 1957";
 constexpr std::string_view kStandard = "Yasukawa & Yoshimura (2015), JMST 20, 37-52";
 constexpr std::string_view kSoeding = "Soeding (1982), 2.7 rho V^(5/3)/L^2, as in Fossen (2021)";
 constexpr std::string_view kFujii = "Fujii & Tuda (1961), 6.13 A/(A + 2.25) by the aspect ratio A";
@@ -54,8 +55,8 @@ class Estimating {
 
   void inertia() {
     for (const FormulaRange* range : {&kClarke, &kZhou}) check(*range);
-    m_x_ = add("inertia.m_x", {{"5 % of m, Clarke, Gedling & Hine (1983)", m_x_by_clarke(form_)},
-                               {kSoeding, m_x_by_soeding(form_)}});
+    m_x_ = add("inertia.m_x",
+               {{"5 % of m, Clarke, Gedling & Hine (1983)", m_x_by_clarke(form_)}, {kSoeding, m_x_by_soeding(form_)}});
     m_y_ = add("inertia.m_y", {{kZhou.source, m_y_by_zhou(form_)}, {kClarke.source, m_y_by_clarke(form_)}});
     const double I_zG = form_.m * 0.0625;
     add("inertia.I_z", {{kZhou.source, I_zG + J_z_by_zhou(form_)}, {kClarke.source, I_zG + J_z_by_clarke(form_)}},
@@ -67,7 +68,8 @@ class Estimating {
     const double U = h_.service_speed, q = 0.5 * h_.water.rho * h_.given.L_pp * h_.given.d * U * U;
     const double C_P = h_.holtrop.C_P();
     if (C_P < 0.55 || C_P > 0.85)
-      result_.warnings.push_back(fmt::format("C_P is {:.3g}: outside of 0.55 to 0.85, for which Holtrop & Mennen (1982) is made", C_P));
+      result_.warnings.push_back(
+          fmt::format("C_P is {:.3g}: outside of 0.55 to 0.85, for which Holtrop & Mennen (1982) is made", C_P));
     add("hull.resistance", {{kHoltrop, holtrop_resistance(h_.holtrop, U).total / q}},
         fmt::format("at {:.4g} m/s, Froude number {:.3f}", U, h_.Froude()));
     const LinearDerivatives a = linear_by_kijima(form_, m_x_), b = linear_by_clarke(form_),
@@ -108,8 +110,9 @@ class Estimating {
     result_.K_T = fit.K_T;
     const double J = 0.5 * wageningen_J_0(s);
     add("propeller.K_T", {{"Wageningen B series, Oosterveld & van Oossanen (1975)", wageningen_K_T(s, J)}},
-        fmt::format("B{:.0f}-{:.0f}, P/D {:.3f}; the quadratic in J is within {:.4f} of the series; here K_T at J {:.2f}",
-                    s.blades, 100.0 * s.area_ratio, s.pitch_ratio, fit.largest_error, J));
+        fmt::format(
+            "B{:.0f}-{:.0f}, P/D {:.3f}; the quadratic in J is within {:.4f} of the series; here K_T at J {:.2f}",
+            s.blades, 100.0 * s.area_ratio, s.pitch_ratio, fit.largest_error, J));
     const double holtrop = std::clamp(wake_by_holtrop(h_), 0.0, 0.6);
     add("propeller.1-w_P", {{kYoshimura.source, 1.0 - w_P0_by_yoshimura(form_)}, {kHoltrop, 1.0 - holtrop}});
     add("propeller.1-t_P", {{kHoltrop, 1.0 - std::clamp(holtrop_thrust_deduction(h_.holtrop, h_.D_P), 0.0, 0.4)}});
@@ -122,7 +125,8 @@ class Estimating {
     const double w_P0 = 1.0 - result_["propeller.1-w_P"];
     add("rudder.1-t_R", {{kYoshimura.source, 1.0 - t_R_by_yoshimura()}, {kKijima.source, 1.0 - t_R_by_kijima(form_)}});
     add("rudder.gain", {{kFujii, f_alpha_by_fujii(h_.H_R * h_.H_R / h_.A_R)}});
-    add("rudder.a_H", {{kYoshimura.source, a_H_by_yoshimura(form_)}, {kQuadvlieg, std::max(0.05, a_H_by_quadvlieg(form_))}});
+    add("rudder.a_H",
+        {{kYoshimura.source, a_H_by_yoshimura(form_)}, {kQuadvlieg, std::max(0.05, a_H_by_quadvlieg(form_))}});
     add("rudder.x_H", {{kYoshimura.source, x_H_by_yoshimura()}, {kHirano, x_H_by_hirano(form_)}});
     add("rudder.l_R", {{kYoshimura.source, -0.9}});
     const double epsilon = std::clamp(epsilon_by_yoshimura(w_P0), 0.7, 1.8);
@@ -131,8 +135,10 @@ class Estimating {
     // A right-handed screw straightens the flow less where the stern swings to port; the ratio is that of tankers.
     constexpr double kSide = 1.15;
     const double gamma_R = gamma_R_by_yoshimura(form_);
-    add("rudder.gamma_R_negative", {{kYoshimura.source, gamma_R / kSide}}, "2.06 C_b B/L + 0.14, by 1.15: a right-handed screw's sides (ours)");
-    add("rudder.gamma_R_positive", {{kYoshimura.source, gamma_R * kSide}}, "2.06 C_b B/L + 0.14, times 1.15: a right-handed screw's sides (ours)");
+    add("rudder.gamma_R_negative", {{kYoshimura.source, gamma_R / kSide}},
+        "2.06 C_b B/L + 0.14, by 1.15: a right-handed screw's sides (ours)");
+    add("rudder.gamma_R_positive", {{kYoshimura.source, gamma_R * kSide}},
+        "2.06 C_b B/L + 0.14, times 1.15: a right-handed screw's sides (ours)");
   }
 
   const CompleteHull& h_;

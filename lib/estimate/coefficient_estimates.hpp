@@ -35,8 +35,8 @@ struct CoefficientEstimates {
 };
 
 /// Every coefficient of mass, hull, propeller and rudder that particulars tell something of. "hull.resistance" is R_0,
-/// "propeller.K_T" the thrust coefficient at half the advance ratio at which it ends; "propeller.1-w_P" and the like are
-/// the differences to 1.
+/// "propeller.K_T" the thrust coefficient at half the advance ratio at which it ends; "propeller.1-w_P" and the like
+/// are the differences to 1.
 CoefficientEstimates estimate_coefficients(const CompleteHull& hull);
 
 }  // namespace leeway::estimate

@@ -24,11 +24,10 @@ double wave_resistance(const HoltropHull& h, double speed) {
   const double C_P = h.C_P(), T = h.T(), Fn = speed / std::sqrt(kGravity_mps2 * h.L), L3_V = h.L * h.L * h.L / h.volume;
   const double c1 = 2223105.0 * std::pow(c7(h), 3.78613) * std::pow(T / h.B, 1.07961) *
                     std::pow(90.0 - holtrop_entrance(h), -1.37565);
-  const double c3 =
-      0.56 * std::pow(h.A_BT, 1.5) / (h.B * T * (0.31 * std::sqrt(h.A_BT) + h.T_F - h.h_B));
+  const double c3 = 0.56 * std::pow(h.A_BT, 1.5) / (h.B * T * (0.31 * std::sqrt(h.A_BT) + h.T_F - h.h_B));
   const double c2 = std::exp(-1.89 * std::sqrt(c3)), c5 = 1.0 - 0.8 * h.A_T / (h.B * T * h.C_M);
-  const double c16 = C_P < 0.8 ? 8.07981 * C_P - 13.8673 * C_P * C_P + 6.984388 * C_P * C_P * C_P
-                               : 1.73014 - 0.7067 * C_P;
+  const double c16 =
+      C_P < 0.8 ? 8.07981 * C_P - 13.8673 * C_P * C_P + 6.984388 * C_P * C_P * C_P : 1.73014 - 0.7067 * C_P;
   const double m1 = 0.0140407 * h.L / T - 1.75254 * std::cbrt(h.volume) / h.L - 4.79323 * h.B / h.L - c16;
   const double c15 = L3_V < 512.0 ? -1.69385 : L3_V > 1727.0 ? 0.0 : -1.69385 + (std::cbrt(L3_V) - 8.0) / 2.36;
   const double m2 = c15 * C_P * C_P * std::exp(-0.1 / (Fn * Fn));
@@ -55,8 +54,7 @@ double transom_resistance(const HoltropHull& h, double speed) {
 double allowance(const HoltropHull& h) {
   if (!h.has_allowance) return 0.0;
   const double c4 = std::min(h.T_F / h.L, 0.04), C_B = h.C_B();
-  const double c3 =
-      0.56 * std::pow(h.A_BT, 1.5) / (h.B * h.T() * (0.31 * std::sqrt(h.A_BT) + h.T_F - h.h_B));
+  const double c3 = 0.56 * std::pow(h.A_BT, 1.5) / (h.B * h.T() * (0.31 * std::sqrt(h.A_BT) + h.T_F - h.h_B));
   const double c2 = std::exp(-1.89 * std::sqrt(c3));
   return 0.006 * std::pow(h.L + 100.0, -0.16) - 0.00205 +
          0.003 * std::sqrt(h.L / 7.5) * C_B * C_B * C_B * C_B * c2 * (0.04 - c4);

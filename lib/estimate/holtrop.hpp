@@ -24,10 +24,10 @@ struct HoltropHull {
 /// Source: Holtrop & Mennen (1982), An approximate power prediction method, Int. Shipbuilding Progress 29, 166-170; the
 /// friction line is ITTC 1957.
 struct HoltropResistance {
-  double S;                             ///< wetted surface [m^2]
-  double C_F, form_factor, C_A;         ///< form_factor is 1 + k_1
-  double R_F, R_W, R_B, R_TR, R_A;      ///< [N]
-  double total;                         ///< [N]: R_F (1 + k_1) + R_W + R_B + R_TR + R_A
+  double S;                         ///< wetted surface [m^2]
+  double C_F, form_factor, C_A;     ///< form_factor is 1 + k_1
+  double R_F, R_W, R_B, R_TR, R_A;  ///< [N]
+  double total;                     ///< [N]: R_F (1 + k_1) + R_W + R_B + R_TR + R_A
 };
 HoltropResistance holtrop_resistance(const HoltropHull& hull, double speed);
 

@@ -29,8 +29,10 @@ std::optional<double> number_if(const JsonObject& json, const std::string& key, 
 }
 
 void refuse(const JsonObject& json, const std::string& key, const std::string& what) {
-  if (json.has(key)) json.fail(key, what + " not supported: one propeller with a rudder or VecTwin rudders, or "
-                                          "azimuth thrusters (key 'azimuth_thrusters')");
+  if (json.has(key))
+    json.fail(key, what +
+                       " not supported: one propeller with a rudder or VecTwin rudders, or "
+                       "azimuth thrusters (key 'azimuth_thrusters')");
 }
 
 // A number that another one bounds, with the unit in the message.
@@ -55,9 +57,10 @@ void read_block(const JsonObject& json, HullParticulars& hull) {
     const double mass = 1000.0 * json.number("displacement_t", kPositive);
     hull.C_b = mass / (water_of(hull).rho * hull.L_pp * hull.B * hull.d);
     if (!(hull.C_b >= kBlock.low && hull.C_b <= kBlock.high))
-      json.fail("displacement_t", fmt::format("is a C_b of {:.3g} with these dimensions, expected {:g} to {:g}: mass in "
-                                              "t, lengths in m",
-                                              hull.C_b, kBlock.low, kBlock.high));
+      json.fail("displacement_t",
+                fmt::format("is a C_b of {:.3g} with these dimensions, expected {:g} to {:g}: mass in "
+                            "t, lengths in m",
+                            hull.C_b, kBlock.low, kBlock.high));
     return;
   }
   hull.C_b = json.number("C_b", kBlock);
@@ -88,7 +91,8 @@ RudderParticulars read_rudder(const JsonObject& json, const HullParticulars& hul
   refuse(json, "count", "several rudders but VecTwin are");
   RudderParticulars r;
   r.area = number_if(json, "area_m2", kPositive);
-  if (r.area) check_within(json, "area_m2", *r.area, 0.0, kMostRudderShare * hull.L_pp * hull.d, "15 % of L_pp d [m^2]");
+  if (r.area)
+    check_within(json, "area_m2", *r.area, 0.0, kMostRudderShare * hull.L_pp * hull.d, "15 % of L_pp d [m^2]");
   r.height = number_if(json, "height_m", kPositive);
   if (r.height) check_within(json, "height_m", *r.height, 0.0, 1.5 * hull.d_aft, "1.5 times the draft aft [m]");
   r.x = number_if(json, "x_m", {-0.6 * hull.L_pp, 0.0});
@@ -164,8 +168,8 @@ HullParticulars read_whole(const JsonObject& json) {
   }
   if (hull.service_speed) {
     const double most = 0.6 * std::sqrt(kGravity_mps2 * hull.L_pp);
-    check_within(json, json.has("service_speed_mps") ? "service_speed_mps" : "service_speed_kn", *hull.service_speed, 0.0,
-                 most, "a Froude number of 0.6 [m/s]");
+    check_within(json, json.has("service_speed_mps") ? "service_speed_mps" : "service_speed_kn", *hull.service_speed,
+                 0.0, most, "a Froude number of 0.6 [m/s]");
   }
   read_propulsion(json, hull);
   if (const auto s = json.object_if("superstructure")) hull.superstructure = read_superstructure(*s, hull);

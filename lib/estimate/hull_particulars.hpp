@@ -25,8 +25,8 @@ struct RudderParticulars {
 
 /// A tunnel thruster, or one that turns about the vertical (y: to starboard).
 struct ThrusterParticulars {
-  double x = 0.0, y = 0.0, diameter = 0.0;   ///< [m]
-  double max_thrust = 0.0, max_n = 0.0;      ///< [N, 1/s]
+  double x = 0.0, y = 0.0, diameter = 0.0;  ///< [m]
+  double max_thrust = 0.0, max_n = 0.0;     ///< [N, 1/s]
 };
 
 struct SuperstructureParticulars {
@@ -36,9 +36,9 @@ struct SuperstructureParticulars {
 /// What a data sheet says of a ship. SI and radians; what it leaves open is filled by fill() of statistics.hpp.
 struct HullParticulars {
   std::string name, file;
-  double scale = 1.0;                       ///< length of the full-scale ship by this one's
-  double L_pp = 0.0, B = 0.0, d = 0.0;      ///< [m]
-  double d_aft = 0.0, d_fore = 0.0;         ///< [m]
+  double scale = 1.0;                   ///< length of the full-scale ship by this one's
+  double L_pp = 0.0, B = 0.0, d = 0.0;  ///< [m]
+  double d_aft = 0.0, d_fore = 0.0;     ///< [m]
   double C_b = 0.0;
   std::optional<double> x_G, wetted_surface, service_speed;  ///< [m, m^2, m/s]
   std::optional<PropellerParticulars> propeller;             ///< nothing: none is stated

@@ -84,25 +84,42 @@ std::vector<MeasuredHull> measured_hulls() {
 // What the methods differ by, or the modules' defaults where there is one method; of the further terms of the hull what
 // published hulls differ by.
 const std::vector<ErrorKind>& error_kinds() {
-  static const std::vector<ErrorKind> kinds{
-      {"inertia.m_x", false, 0.40},          {"inertia.m_y", false, 0.15},
-      {"inertia.I_z", false, 0.12},          {"hull.resistance", false, 0.15},
-      {"hull.Y_v", false, 0.15},             {"hull.Y_r", true, 0.03},
-      {"hull.N_v", false, 0.12},             {"hull.N_r", false, 0.12},
-      {"hull.X_vv", true, 0.03},             {"hull.X_vr", true, 0.05},
-      {"hull.X_rr", true, 0.015},            {"hull.X_vvvv", true, 0.40},
-      {"hull.Y_vvv", false, 0.25},           {"hull.Y_vvr", true, 0.60},
-      {"hull.Y_vrr", false, 0.20},           {"hull.Y_rrr", true, 0.05},
-      {"hull.N_vvv", true, 0.15},            {"hull.N_vvr", false, 0.40},
-      {"hull.N_vrr", true, 0.08},            {"hull.N_rrr", false, 0.30},
-      {"propeller.K_T", false, 0.06},        {"propeller.1-w_P", false, 0.12},
-      {"propeller.1-t_P", false, 0.05},      {"propeller.C_1", false, 0.30},
-      {"propeller.C_2_negative", false, 0.15}, {"propeller.C_2_positive", false, 0.15},
-      {"rudder.1-t_R", false, 0.12},         {"rudder.gain", false, 0.08},
-      {"rudder.a_H", false, 0.30},           {"rudder.x_H", false, 0.10},
-      {"rudder.l_R", false, 0.20},           {"rudder.epsilon", false, 0.12},
-      {"rudder.kappa", false, 0.20},         {"rudder.gamma_R_negative", false, 0.25},
-      {"rudder.gamma_R_positive", false, 0.25}, {kTacticalDiameter, false, 0.12}};
+  static const std::vector<ErrorKind> kinds{{"inertia.m_x", false, 0.40},
+                                            {"inertia.m_y", false, 0.15},
+                                            {"inertia.I_z", false, 0.12},
+                                            {"hull.resistance", false, 0.15},
+                                            {"hull.Y_v", false, 0.15},
+                                            {"hull.Y_r", true, 0.03},
+                                            {"hull.N_v", false, 0.12},
+                                            {"hull.N_r", false, 0.12},
+                                            {"hull.X_vv", true, 0.03},
+                                            {"hull.X_vr", true, 0.05},
+                                            {"hull.X_rr", true, 0.015},
+                                            {"hull.X_vvvv", true, 0.40},
+                                            {"hull.Y_vvv", false, 0.25},
+                                            {"hull.Y_vvr", true, 0.60},
+                                            {"hull.Y_vrr", false, 0.20},
+                                            {"hull.Y_rrr", true, 0.05},
+                                            {"hull.N_vvv", true, 0.15},
+                                            {"hull.N_vvr", false, 0.40},
+                                            {"hull.N_vrr", true, 0.08},
+                                            {"hull.N_rrr", false, 0.30},
+                                            {"propeller.K_T", false, 0.06},
+                                            {"propeller.1-w_P", false, 0.12},
+                                            {"propeller.1-t_P", false, 0.05},
+                                            {"propeller.C_1", false, 0.30},
+                                            {"propeller.C_2_negative", false, 0.15},
+                                            {"propeller.C_2_positive", false, 0.15},
+                                            {"rudder.1-t_R", false, 0.12},
+                                            {"rudder.gain", false, 0.08},
+                                            {"rudder.a_H", false, 0.30},
+                                            {"rudder.x_H", false, 0.10},
+                                            {"rudder.l_R", false, 0.20},
+                                            {"rudder.epsilon", false, 0.12},
+                                            {"rudder.kappa", false, 0.20},
+                                            {"rudder.gamma_R_negative", false, 0.25},
+                                            {"rudder.gamma_R_positive", false, 0.25},
+                                            {kTacticalDiameter, false, 0.12}};
   return kinds;
 }
 
@@ -156,8 +173,7 @@ double uncertainty_of(const CoefficientEstimate& estimate, const ErrorKind& kind
   const auto width = std::ranges::find_if(widths, [&](const Width& w) { return w.name == kind.name; });
   double sum = 0.0;
   for (const MethodValue& method : estimate.methods) {
-    const double e =
-        kind.is_absolute ? method.value - estimate.value : std::log(method.value / estimate.value);
+    const double e = kind.is_absolute ? method.value - estimate.value : std::log(method.value / estimate.value);
     if (std::isfinite(e)) sum += e * e;
   }
   const double n = static_cast<double>(estimate.methods.size());

@@ -18,8 +18,8 @@ struct MeasuredHull {
   std::vector<Value> values;  ///< coefficients, and kTacticalDiameter where it is published
 };
 
-/// Of a turn with 35 deg of rudder, by L_pp, the geometric mean of both sides: no coefficient, but what the estimate as a
-/// whole is judged by.
+/// Of a turn with 35 deg of rudder, by L_pp, the geometric mean of both sides: no coefficient, but what the estimate as
+/// a whole is judged by.
 inline constexpr std::string_view kTacticalDiameter = "turning.tactical_diameter";
 
 /// The hulls of configs/hulls, sorted by name. Derivatives that were measured with the rudder amidships are compared
@@ -43,8 +43,8 @@ double error_of(const ErrorKind& kind, const MeasuredHull::Value& value);
 /// Standard deviations of the estimates' errors.
 struct Width {
   std::string name;
-  double sd;    ///< a normal law with it has the 95 % interval of Student's t, which few hulls ask for
-  int hulls;    ///< that it was fitted to
+  double sd;  ///< a normal law with it has the 95 % interval of Student's t, which few hulls ask for
+  int hulls;  ///< that it was fitted to
 };
 /// Of each kind from the prior, which counts as kPriorHulls hulls, and the hulls' errors.
 ///   without  names of hulls that are left out

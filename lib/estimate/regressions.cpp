@@ -6,9 +6,11 @@
 
 namespace leeway::estimate {
 
-const FormulaRange kKijima{"Kijima, Katsuno, Nakiri & Furukawa (1990), J. SNAJ 168, 247-257", 0.5, 0.85, 4.5, 7.5, 2.0, 5.0};
+const FormulaRange kKijima{
+    "Kijima, Katsuno, Nakiri & Furukawa (1990), J. SNAJ 168, 247-257", 0.5, 0.85, 4.5, 7.5, 2.0, 5.0};
 const FormulaRange kClarke{"Clarke, Gedling & Hine (1983), Trans. RINA 125, 45-68", 0.38, 0.89, 3.9, 10.0, 1.9, 8.0};
-const FormulaRange kLee{"Lee et al. (1998), as in Sukas, Kinaci & Bal (2019), Ocean Engineering 192, 106239", 0.5, 0.9, 4.5, 8.0, 2.0, 5.0};
+const FormulaRange kLee{
+    "Lee et al. (1998), as in Sukas, Kinaci & Bal (2019), Ocean Engineering 192, 106239", 0.5, 0.9, 4.5, 8.0, 2.0, 5.0};
 const FormulaRange kYoshimura{"Yoshimura & Masumoto (2012), MARSIM", 0.5, 0.85, 2.5, 7.5, 2.0, 4.0};
 const FormulaRange kZhou{"Zhou, Sheng & Feng (1983), regression of Motora's charts", 0.5, 0.85, 4.0, 9.0, 2.0, 5.0};
 
@@ -21,8 +23,8 @@ LinearDerivatives linear_by_kijima(const HullForm& h, double m_x) {
 // By pi (d/L)^2 in the source, of 0.5 rho L^2 U^2.
 LinearDerivatives linear_by_clarke(const HullForm& h) {
   const double s = kPi / h.L_by_d, B_by_L = 1.0 / h.L_by_B;
-  return {-s * (1.0 + 0.4 * h.C_b * h.B_by_d), -s * (-0.5 + 2.2 * B_by_L - 0.08 * h.B_by_d), -s * (0.5 + 2.4 / h.L_by_d),
-          -s * (0.25 + 0.039 * h.B_by_d - 0.56 * B_by_L)};
+  return {-s * (1.0 + 0.4 * h.C_b * h.B_by_d), -s * (-0.5 + 2.2 * B_by_L - 0.08 * h.B_by_d),
+          -s * (0.5 + 2.4 / h.L_by_d), -s * (0.25 + 0.039 * h.B_by_d - 0.56 * B_by_L)};
 }
 
 // The source's Y_r holds -(m + m_x).

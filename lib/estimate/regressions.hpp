@@ -12,7 +12,7 @@ struct HullForm {
   double x_G;  ///< by L_pp
   double m;    ///< m/(0.5 rho L^2 d) = 2 C_b B/L
 
-  double c() const { return C_b / L_by_B; }   ///< C_b B/L
+  double c() const { return C_b / L_by_B; }  ///< C_b B/L
   double k() const { return 2.0 / L_by_d; }  ///< 2 d/L
 };
 

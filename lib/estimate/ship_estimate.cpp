@@ -19,9 +19,9 @@ namespace {
 
 using io::Json;
 
-constexpr double kMostRevolutions = 1.35;     // by those at service speed
-constexpr double kStartRange = 50.0;          // of the revolutions tried for self-propulsion, by the service speed over D
-constexpr double kSidesCorrelation = 0.6;     // of gamma_R to both sides, which one formula gives
+constexpr double kMostRevolutions = 1.35;  // by those at service speed
+constexpr double kStartRange = 50.0;       // of the revolutions tried for self-propulsion, by the service speed over D
+constexpr double kSidesCorrelation = 0.6;  // of gamma_R to both sides, which one formula gives
 constexpr double kAirDensity_kgpm3 = 1.225;
 
 class Building {
@@ -57,9 +57,16 @@ class Building {
     json_["description"] = "estimated from principal particulars by mmg-sim estimate";
     json_["scale"] = p_.scale;
     json_["particulars"] = {{"source", "the particulars that were given; water of 15 deg C" + filled("")},
-                            {"L_pp_m", p_.L_pp}, {"B_m", p_.B}, {"d_m", p_.d}, {"rho_kgpm3", h_.water.rho}};
-    json_["inertia"] = {{"source", "m from C_b; added mass: coefficient_sources"}, {"m", h_.form.m}, {"x_G", h_.form.x_G},
-                        {"m_x", e_["inertia.m_x"]}, {"m_y", e_["inertia.m_y"]}, {"I_zG_plus_J_z", e_["inertia.I_z"]}};
+                            {"L_pp_m", p_.L_pp},
+                            {"B_m", p_.B},
+                            {"d_m", p_.d},
+                            {"rho_kgpm3", h_.water.rho}};
+    json_["inertia"] = {{"source", "m from C_b; added mass: coefficient_sources"},
+                        {"m", h_.form.m},
+                        {"x_G", h_.form.x_G},
+                        {"m_x", e_["inertia.m_x"]},
+                        {"m_y", e_["inertia.m_y"]},
+                        {"I_zG_plus_J_z", e_["inertia.I_z"]}};
   }
 
   void forces() {
@@ -96,7 +103,8 @@ class Building {
         {"C_2_negative", e_["propeller.C_2_negative"]},
         {"reversed",
          {{"source",
-           "borrowed from the Esso Osaka model (NAOE-5thLab/mmg-1p1r-simulator, there attributed to Hachii): not this ship's"},
+           "borrowed from the Esso Osaka model (NAOE-5thLab/mmg-1p1r-simulator, there attributed to Hachii): not this "
+           "ship's"},
           {"K_T", {-0.175, 0.33}},
           {"K_T_low", -0.251},
           {"J_s", -0.233}}}};
@@ -116,8 +124,10 @@ class Building {
       return;
     }
     r = {{"type", "mmg-standard"},
-         {"source", "each coefficient by its own formula: coefficient_sources; k_reversed is borrowed from the Esso Osaka "
-                    "model" + filled("rudder/")},
+         {"source",
+          "each coefficient by its own formula: coefficient_sources; k_reversed is borrowed from the Esso Osaka "
+          "model" +
+              filled("rudder/")},
          {"A_R_m2", h_.A_R},
          {"H_R_m", h_.H_R},
          {"x_R_m", h_.x_R},
@@ -131,10 +141,16 @@ class Building {
   Json side_thruster(const ThrusterParticulars& t, const char* channel) const {
     const double K_T = t.max_thrust / (h_.water.rho * std::pow(t.diameter, 4.0) * t.max_n * t.max_n);
     return {{"type", "kobayashi-1988"},
-            {"source", "K_T from the largest thrust and revolutions; loss with speed: captive tests at Osaka University in "
-                       "the form of Kobayashi (1988), those of vectwin-3m, up to a Froude number of 0.12"},
-            {"channel", channel}, {"D_m", t.diameter}, {"x_m", t.x}, {"K_T_positive", K_T}, {"K_T_negative", -K_T},
-            {"a_Y", {0.0, -12.701, 67.116}}, {"a_N", {0.0, -6.5716, 79.614}},
+            {"source",
+             "K_T from the largest thrust and revolutions; loss with speed: captive tests at Osaka University in "
+             "the form of Kobayashi (1988), those of vectwin-3m, up to a Froude number of 0.12"},
+            {"channel", channel},
+            {"D_m", t.diameter},
+            {"x_m", t.x},
+            {"K_T_positive", K_T},
+            {"K_T_negative", -K_T},
+            {"a_Y", {0.0, -12.701, 67.116}},
+            {"a_N", {0.0, -6.5716, 79.614}},
             {"u_max_mps", 0.12 * std::sqrt(kGravity_mps2 * p_.L_pp)}};
   }
 
@@ -144,26 +160,42 @@ class Building {
     Json k = Json::array();
     for (const double x : series.K_T) k.push_back(x * K_T / series.K_T[0]);
     return {{"type", "azimuth"},
-            {"source", "K_T from the largest thrust and revolutions, over J as the B4-55 of P/D 1.0 (Oosterveld & van Oossanen "
-                       "1975); w, t and k_turned are those of ferry-40m, estimated"},
-            {"channel", channel}, {"D_m", t.diameter}, {"x_m", t.x}, {"y_m", t.y}, {"K_T", k}, {"w", 0.08}, {"t", 0.12},
+            {"source",
+             "K_T from the largest thrust and revolutions, over J as the B4-55 of P/D 1.0 (Oosterveld & van Oossanen "
+             "1975); w, t and k_turned are those of ferry-40m, estimated"},
+            {"channel", channel},
+            {"D_m", t.diameter},
+            {"x_m", t.x},
+            {"y_m", t.y},
+            {"K_T", k},
+            {"w", 0.08},
+            {"t", 0.12},
             {"k_turned", 0.6}};
   }
 
   void above_water() {
     json_["wind"] = {{"type", "fujiwara-1998"},
-                     {"source", "Fujiwara, Ueno & Nimura (1998), J. SNAJ 183, 77-90; deck areas and centroids that no key "
-                                "holds by the proportions of the Esso Osaka" + filled("superstructure/")},
-                     {"rho_air_kgpm3", kAirDensity_kgpm3}, {"B_m", p_.B}, {"A_T_m2", h_.A_T}, {"A_L_m2", h_.A_L},
-                     {"A_OD_m2", 0.273 * h_.A_L}, {"C_m", h_.C}, {"C_BR_m", -0.0207 * p_.L_pp}, {"H_BR_m", h_.H_BR},
+                     {"source",
+                      "Fujiwara, Ueno & Nimura (1998), J. SNAJ 183, 77-90; deck areas and centroids that no key "
+                      "holds by the proportions of the Esso Osaka" +
+                          filled("superstructure/")},
+                     {"rho_air_kgpm3", kAirDensity_kgpm3},
+                     {"B_m", p_.B},
+                     {"A_T_m2", h_.A_T},
+                     {"A_L_m2", h_.A_L},
+                     {"A_OD_m2", 0.273 * h_.A_L},
+                     {"C_m", h_.C},
+                     {"C_BR_m", -0.0207 * p_.L_pp},
+                     {"H_BR_m", h_.H_BR},
                      {"H_C_m", 0.6 * h_.A_L / p_.L_pp}};
   }
 
   void uncertainty() {
     Json& all = json_["uncertainty"];
     Json& sources = json_["coefficient_sources"];
-    all = {{"source", "standard deviations of the errors over the hulls with public captive tests (docs/estimate.md), with "
-                      "Student's t for their number; {\"sd\"}: of the value, since the sign is not certain"}};
+    all = {{"source",
+            "standard deviations of the errors over the hulls with public captive tests (docs/estimate.md), with "
+            "Student's t for their number; {\"sd\"}: of the value, since the sign is not certain"}};
     for (const CoefficientEstimate& estimate : e_.all) {
       const ErrorKind& kind = *find_error_kind(estimate.name);
       const double sd = uncertainty_of(estimate, kind, widths_);
@@ -191,19 +223,22 @@ class Building {
   }
 
   void actuators() {
-    json_["actuators_source"] = "rudder: angle and rate as given or by statistics; revolutions: self-propulsion at the service "
-                                "speed by the estimate, limits 1.35 times that; random orders are ours" + filled("rudder/");
+    json_["actuators_source"] =
+        "rudder: angle and rate as given or by statistics; revolutions: self-propulsion at the service "
+        "speed by the estimate, limits 1.35 times that; random orders are ours" +
+        filled("rudder/");
     json_["actuators"] = Json::array();
     Json& all = json_["actuators"];
     const double degree = 1.0 / kDegree, rate = degree * h_.rate, angle = degree * h_.max_angle;
     const double root = std::sqrt(p_.scale), per_s2 = 0.2 * root;
     const auto revolutions = [&](const char* channel, double low, double high, double initial) {
-      return Json{{"channel", channel}, {"min_rps", low}, {"max_rps", high}, {"rate_rpsps", per_s2 * std::max(1.0, 0.1 * high)},
+      return Json{{"channel", channel},   {"min_rps", low},
+                  {"max_rps", high},      {"rate_rpsps", per_s2 * std::max(1.0, 0.1 * high)},
                   {"time_constant_s", 0}, {"initial_rps", initial}};
     };
     const auto rudder = [&](const char* channel, double low, double high) {
-      return Json{{"channel", channel}, {"min_deg", low}, {"max_deg", high}, {"rate_degps", rate}, {"time_constant_s", 0},
-                  {"initial_deg", 0}, {"random_mean_deg", 0}, {"random_sd_deg", 20}};
+      return Json{{"channel", channel},   {"min_deg", low},   {"max_deg", high},      {"rate_degps", rate},
+                  {"time_constant_s", 0}, {"initial_deg", 0}, {"random_mean_deg", 0}, {"random_sd_deg", 20}};
     };
     if (h_.has_screw) {
       if (p_.rudder && p_.rudder->is_vectwin) {
@@ -223,8 +258,10 @@ class Building {
     for (std::size_t i = 0; i < p_.azimuth_thrusters.size(); ++i) {
       const double n = p_.azimuth_thrusters[i].max_n;
       all.push_back(revolutions(i == 0 ? "n_az1" : "n_az2", 0.0, n, 0.75 * n));
-      all.push_back({{"channel", i == 0 ? "az1" : "az2"}, {"rate_degps", 15.0 * std::sqrt(40.0 / p_.L_pp)},
-                     {"time_constant_s", 0}, {"initial_deg", 0}});
+      all.push_back({{"channel", i == 0 ? "az1" : "az2"},
+                     {"rate_degps", 15.0 * std::sqrt(40.0 / p_.L_pp)},
+                     {"time_constant_s", 0},
+                     {"initial_deg", 0}});
     }
     json_["u0_mps"] = h_.service_speed;
     json_["random_interval_s"] = 30.0 * std::sqrt(p_.L_pp / 7.0);
@@ -241,9 +278,10 @@ class Building {
     if (!p_.propeller || !p_.propeller->n_service) return;
     const double stated = *p_.propeller->n_service;
     if (std::abs(std::log(n / stated)) > 0.15)
-      e_.warnings.push_back(fmt::format("/propeller/rps_at_service_speed is {:g}, where the estimate needs {:.3g} 1/s: "
-                                        "resistance, wake or pitch are off by as much",
-                                        stated, n));
+      e_.warnings.push_back(
+          fmt::format("/propeller/rps_at_service_speed is {:g}, where the estimate needs {:.3g} 1/s: "
+                      "resistance, wake or pitch are off by as much",
+                      stated, n));
   }
 
   CompleteHull h_;
@@ -297,7 +335,8 @@ Eigen::VectorXd turning_gradient(const Ship& ship, const CoefficientLaw& law, do
   return gradient;
 }
 
-// The law given that ln D_T, linear in theta, has the standard deviation tau: a measurement of it as good as that takes.
+// The law given that ln D_T, linear in theta, has the standard deviation tau: a measurement of it as good as that
+// takes.
 Eigen::MatrixXd conditioned(const CoefficientLaw& law, const Eigen::VectorXd& gradient, double tau) {
   const Eigen::VectorXd gain = law.covariance * gradient;
   const double variance = gradient.dot(gain);
@@ -332,9 +371,10 @@ ShipEstimate estimate_ship(const HullParticulars& particulars, const std::vector
     matrix.push_back(std::vector<double>(covariance.row(i).begin(), covariance.row(i).end()));
   }
   result.json["coefficient_covariance"] = {
-      {"source", fmt::format("uncertainty, and gamma_R of both sides correlated by {:g}; conditioned on the tactical diameter, "
-                             "which such estimates have met with a log-sd of {:.3f} (docs/estimate.md)",
-                             kSidesCorrelation, width->sd)},
+      {"source",
+       fmt::format("uncertainty, and gamma_R of both sides correlated by {:g}; conditioned on the tactical diameter, "
+                   "which such estimates have met with a log-sd of {:.3f} (docs/estimate.md)",
+                   kSidesCorrelation, width->sd)},
       {"names", names},
       {"matrix", matrix}};
   result.ship = parse_ship(result.json, particulars.name);

@@ -19,12 +19,11 @@ namespace {
 
 using io::Json;
 
-constexpr double kSame = 1e-9;           // of two lengths by each other: nothing to scale
+constexpr double kSame = 1e-9;  // of two lengths by each other: nothing to scale
 
 // Powers of length by which Froude's law scales the numbers whose key ends so; others are nondimensional.
-const std::map<std::string, double, std::less<>> kPowers{{"_m", 1.0},     {"_m2", 2.0},   {"_mps", 0.5},
-                                                         {"_rps", -0.5},  {"_degps", -0.5}, {"_rpsps", -1.0},
-                                                         {"_s", 0.5}};
+const std::map<std::string, double, std::less<>> kPowers{
+    {"_m", 1.0}, {"_m2", 2.0}, {"_mps", 0.5}, {"_rps", -0.5}, {"_degps", -0.5}, {"_rpsps", -1.0}, {"_s", 0.5}};
 // Revolutions without that end.
 constexpr const char* kRevolutionsAtOne = "n_rps_at_1";
 
@@ -80,7 +79,8 @@ class Scaling {
       : json_(json), from_(ship), by_(length_m / ship.particulars.L_pp) {}
 
   ScaledShip run() {
-    if (!(from_.u0_mps > 0.0)) throw InputError(from_.file, 0, "/u0_mps", "expected a speed > 0 to scale the friction at");
+    if (!(from_.u0_mps > 0.0))
+      throw InputError(from_.file, 0, "/u0_mps", "expected a speed > 0 to scale the friction at");
     froude();
     to_ = parse_ship(json_, from_.file);
     if (std::abs(by_ - 1.0) > kSame) {
@@ -99,7 +99,8 @@ class Scaling {
   }
 
  private:
-  static constexpr double kLargestShip = 1.5;  // by the full-scale ship: up to here it is a ship, with roughness and sea water
+  static constexpr double kLargestShip =
+      1.5;  // by the full-scale ship: up to here it is a ship, with roughness and sea water
 
   void froude() {
     scale_lengths(json_, by_);
@@ -124,13 +125,15 @@ class Scaling {
     if (hull.contains("X_0A")) hull["X_0A"] = hull["X_0A"].get<double>() * scaled / R_0;
     // A form factor that is 0.1 off, and half the roughness.
     const double C = after_.S_by_Ld;
-    const double sd = C * std::hypot(0.1 * (before_.C_F - after_.C_F), 0.5 * (after_.roughness + before_.roughness)) / scaled;
+    const double sd =
+        C * std::hypot(0.1 * (before_.C_F - after_.C_F), 0.5 * (after_.roughness + before_.roughness)) / scaled;
     corrections_.push_back(
         {"hull.resistance", R_0, scaled, sd,
-         fmt::format("ITTC 1957 line, C_F {:.3g} to {:.3g} by 1000, form factor {:.3f}, roughness {:.3g} to {:.3g} by 1000; "
-                     "the rest stays",
-                     1000.0 * before_.C_F, 1000.0 * after_.C_F, after_.form_factor, 1000.0 * before_.roughness,
-                     1000.0 * after_.roughness)});
+         fmt::format(
+             "ITTC 1957 line, C_F {:.3g} to {:.3g} by 1000, form factor {:.3f}, roughness {:.3g} to {:.3g} by 1000; "
+             "the rest stays",
+             1000.0 * before_.C_F, 1000.0 * after_.C_F, after_.form_factor, 1000.0 * before_.roughness,
+             1000.0 * after_.roughness)});
   }
 
   void wake() {
@@ -153,7 +156,8 @@ class Scaling {
       p["w_P0"] = most;
     else
       p["w_P"][0] = most;
-    corrections_.push_back({"propeller.1-w_P", 1.0 - w, 1.0 - most, 0.3 * std::abs(std::log((1.0 - most) / (1.0 - w))) + 0.01,
+    corrections_.push_back({"propeller.1-w_P", 1.0 - w, 1.0 - most,
+                            0.3 * std::abs(std::log((1.0 - most) / (1.0 - w))) + 0.01,
                             fmt::format("ITTC 1978: t + 0.04 stays, the rest of w by the friction's ratio {:.3f}",
                                         after_.total() / before_.total())});
   }
@@ -188,11 +192,15 @@ class Scaling {
   void describe() {
     Json list = Json::array();
     for (const ScaleCorrection& c : corrections_)
-      list.push_back({{"coefficient", c.name}, {"before", c.before}, {"after", c.after}, {"added_log_sd", c.added_log_sd},
+      list.push_back({{"coefficient", c.name},
+                      {"before", c.before},
+                      {"after", c.after},
+                      {"added_log_sd", c.added_log_sd},
                       {"source", c.why}});
-    json_["scaling"] = {{"source", fmt::format("mmg-sim scale: '{}' of {:g} m by {:.6g}, Froude's law; ITTC 1957 and 1978",
-                                               from_.name, from_.particulars.L_pp, by_)},
-                        {"corrections", list}};
+    json_["scaling"] = {
+        {"source", fmt::format("mmg-sim scale: '{}' of {:g} m by {:.6g}, Froude's law; ITTC 1957 and 1978", from_.name,
+                               from_.particulars.L_pp, by_)},
+        {"corrections", list}};
     json_["description"] = fmt::format("{} (scaled from {:g} m)", from_.description, from_.particulars.L_pp);
   }
 

@@ -11,9 +11,9 @@ namespace leeway::estimate {
 
 /// One correction on the way to another size.
 struct ScaleCorrection {
-  std::string name;       ///< of the coefficient, as in coefficient_factors
-  double before, after;   ///< its value
-  double added_log_sd;    ///< what the correction adds to its uncertainty
+  std::string name;      ///< of the coefficient, as in coefficient_factors
+  double before, after;  ///< its value
+  double added_log_sd;   ///< what the correction adds to its uncertainty
   std::string why;
 };
 

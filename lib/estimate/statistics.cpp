@@ -48,9 +48,10 @@ void fill_hull(CompleteHull& h, const Filling& stated) {
   w.rho = h.water.rho;
   w.nu = h.water.nu;
   w.has_allowance = !p.is_model();
-  w.wetted_surface = stated(p.wetted_surface, "wetted_surface_m2", holtrop_wetted_surface(w),
-                            "Holtrop & Mennen (1982), with C_M by Kerlen (1970), C_WP = (1 + 2 C_b)/3 and a bulb of 8 % "
-                            "of the midship section");
+  w.wetted_surface =
+      stated(p.wetted_surface, "wetted_surface_m2", holtrop_wetted_surface(w),
+             "Holtrop & Mennen (1982), with C_M by Kerlen (1970), C_WP = (1 + 2 C_b)/3 and a bulb of 8 % "
+             "of the midship section");
 }
 
 // The pitch that gives the thrust at the stated revolutions; 0 where none does.
@@ -73,7 +74,7 @@ void fill_screw(CompleteHull& h, const Filling& stated) {
   const double D = is_full ? 0.395 * ship_draft + 1.30 : 0.623 * ship_draft - 0.16;
   h.D_P = stated(given.diameter, "propeller/diameter_m", std::clamp(D / p.scale, 0.3 * p.d, 0.75 * p.d),
                  is_full ? "0.395 d + 1.30 m of a tanker or bulk carrier, Kristensen & Lützen (2012)"
-                                : "0.623 d - 0.16 m of a container ship, Kristensen & Lützen (2012)");
+                         : "0.623 d - 0.16 m of a container ship, Kristensen & Lützen (2012)");
   h.screw.blades = stated(given.blades, "propeller/blades", 4.0, "the usual number");
   h.screw.area_ratio =
       stated(given.area_ratio, "propeller/area_ratio", is_full ? 0.45 : 0.65, "usual of this form (ours)");

@@ -35,8 +35,8 @@ struct CompleteHull {
   double Froude() const;
 };
 
-/// Wake fraction by Holtrop & Mennen (1982). A model's friction is far outside of their data: its wake is that of the ship
-/// by ITTC 1978, w_m = t + 0.04 + (w_s - t - 0.04) ((1 + k) C_Fm)/((1 + k) C_Fs + dC_F).
+/// Wake fraction by Holtrop & Mennen (1982). A model's friction is far outside of their data: its wake is that of the
+/// ship by ITTC 1978, w_m = t + 0.04 + (w_s - t - 0.04) ((1 + k) C_Fm)/((1 + k) C_Fs + dC_F).
 double wake_by_holtrop(const CompleteHull& hull);
 
 /// Roughness allowance of ITTC 1978: 0.044 ((k_s/L)^(1/3) - 10 Re^(-1/3)) + 0.000125, not below 0.

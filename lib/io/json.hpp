@@ -47,8 +47,8 @@ class JsonObject {
  public:
   JsonObject(const Json& value, std::string file, std::string pointer = "");
 
-  /// From here on, missing values of this object and of those read from it are noted, and something is returned in their
-  /// place, so that all of them can be told at once: require_complete() throws if there is one.
+  /// From here on, missing values of this object and of those read from it are noted, and something is returned in
+  /// their place, so that all of them can be told at once: require_complete() throws if there is one.
   void note_missing();
   void require_complete() const;
 

@@ -10,8 +10,8 @@
 namespace leeway {
 namespace {
 
-// What ships have, merchant ships and their models above all; wider than what one expects of a good one, since what lies
-// outside is to be a mistake most of the time.
+// What ships have, merchant ships and their models above all; wider than what one expects of a good one, since what
+// lies outside is to be a mistake most of the time.
 struct Usual {
   double low, high;
 };

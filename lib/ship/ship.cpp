@@ -113,7 +113,8 @@ Ship::JointUncertainty read_joint_uncertainty(const JsonObject& json, const Ship
   // Of correlations, since the units of the names may differ.
   const Eigen::VectorXd per_sd = joint.matrix.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd correlation = per_sd.asDiagonal() * joint.matrix * per_sd.asDiagonal();
-  if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff() < -1e-9 * static_cast<double>(n))
+  if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff() <
+      -1e-9 * static_cast<double>(n))
     json.fail("matrix", "is no covariance: it gives a negative variance in some direction");
   json.check_all_known();
   return joint;
@@ -142,14 +143,14 @@ void read_coefficients(const JsonObject& json, Ship& ship) {
   each("coefficient_factors", [&](const JsonObject& object, const std::string& name) {
     ship.multiply({{name, object.number(name, kFactorRange)}});
   });
-  each("coefficient_shifts",
-       [&](const JsonObject& object, const std::string& name) { ship.multiply({{name, 1.0, object.number(name)}}); });
+  each("coefficient_shifts", [&](const JsonObject& object, const std::string& name) {
+    ship.multiply({{name, 1.0, object.number(name)}});
+  });
   each("uncertainty", [&](const JsonObject& object, const std::string& name) {
     ship.uncertainty.push_back(read_uncertainty(object, name));
   });
-  each("coefficient_sources", [&](const JsonObject& object, const std::string& name) {
-    ship.coefficient_sources[name] = object.text(name);
-  });
+  each("coefficient_sources",
+       [&](const JsonObject& object, const std::string& name) { ship.coefficient_sources[name] = object.text(name); });
   if (const auto covariance = json.object_if("coefficient_covariance"))
     ship.coefficient_covariance = read_joint_uncertainty(*covariance, ship);
 }

@@ -1,6 +1,6 @@
 """Published maneuvering models that stem from captive tests, as equations of their own: what a ship does by them.
 
-Each model has L [m], U [m/s], the rudder's rate [rad/s] and rates(state, delta), the time derivatives of (u, v, r, p, phi). delta > 0 turns
+Each model has L [m], U [m/s], the rudder's rate [rad/s], the largest rudder angle that it is made for [deg] and rates(state, delta), the time derivatives of (u, v, r, p, phi). delta > 0 turns
 to starboard. The numbers are those of the public MSS toolbox (cybergalactic/MSS), which names the papers; the equations are theirs.
 """
 
@@ -12,7 +12,7 @@ DEGREE = math.pi / 180.0
 class Container:
     """S175 after Son & Nomoto (1981), J. SNAJ 150, with roll; revolutions that hold U on a straight run."""
 
-    name, L, U, rate = "s175", 175.0, 8.0, 5.0 * DEGREE
+    name, L, U, rate, largest_deg = "s175", 175.0, 8.0, 5.0 * DEGREE, 35
     source = "Son & Nomoto (1981), with roll"
 
     def __init__(self):
@@ -64,9 +64,10 @@ class Container:
 
 
 class Mariner:
-    """Mariner class after Chislett & Stroem-Tejsen (1965), HyA report Hy-6; perturbations about U."""
+    """Mariner class after Chislett & Stroem-Tejsen (1965), HyA report Hy-6; perturbations about U. A cubic in the rudder angle, there for
+    angles up to 30 deg."""
 
-    name, L, U, rate = "mariner", 160.93, 7.7175, 65.0 / 28.0 * DEGREE
+    name, L, U, rate, largest_deg = "mariner", 160.93, 7.7175, 65.0 / 28.0 * DEGREE, 30
     source = "Chislett & Strøm-Tejsen (1965)"
 
     def rates(self, state, delta):
@@ -89,7 +90,7 @@ class Mariner:
 class Tanker:
     """Tanker of 190 000 t dwt after van Berlekom & Goddard (1972), Trans. SNAME 80, in deep water."""
 
-    name, L, U, rate = "tanker-190k", 304.8, 8.23, 2.33 * DEGREE
+    name, L, U, rate, largest_deg = "tanker-190k", 304.8, 8.23, 2.33 * DEGREE, 35
     source = "van Berlekom & Goddard (1972)"
 
     def __init__(self):

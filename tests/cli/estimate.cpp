@@ -64,7 +64,8 @@ TEST_CASE("mmg-sim estimate: what is wrong is said with key, unit and range", "[
   answers(folder, "mmg-sim estimate none.json", 3, "/C_b: missing");
   answers(folder, "mmg-sim estimate", 2, "give particulars");
   answers(folder, "mmg-sim estimate kvlcc2 --without titanic", 2, "no measured hull 'titanic'");
-  folder.write("slender.json", R"({"name": "t", "L_pp_m": 100, "B_m": 9, "d_m": 3, "C_b": 0.45, "service_speed_mps": 7})");
+  folder.write("slender.json",
+               R"({"name": "t", "L_pp_m": 100, "B_m": 9, "d_m": 3, "C_b": 0.45, "service_speed_mps": 7})");
   const Outcome warned = run(folder, "mmg-sim estimate slender.json -o slender-ship.json");
   CHECK(warned.exit_code == 0);
   CHECK_THAT(warned.err, Contains("warning") && Contains("L/B is 11.1: outside of"));

@@ -30,12 +30,14 @@ double value_of(const Ship& ship, const std::string& name) {
   throw std::out_of_range(name);
 }
 
-const io::Json kAbsolute{{"uncertainty", {{"hull.Y_r", {{"sd", 0.08}}}, {"hull.X_vr", {{"sd", 0.05}}}, {"hull.Y_v", 0.1}}}};
+const io::Json kAbsolute{
+    {"uncertainty", {{"hull.Y_r", {{"sd", 0.08}}}, {"hull.X_vr", {{"sd", 0.05}}}, {"hull.Y_v", 0.1}}}};
 
 }  // namespace
 
 TEST_CASE("absolute uncertainty: shifts are added after factors", "[dynamics][law]") {
-  const Ship ship = l7_with({{"coefficient_factors", {{"hull.Y_r", 2.0}}}, {"coefficient_shifts", {{"hull.Y_r", -0.3}}}});
+  const Ship ship =
+      l7_with({{"coefficient_factors", {{"hull.Y_r", 2.0}}}, {"coefficient_shifts", {{"hull.Y_r", -0.3}}}});
   CHECK_THAT(value_of(ship, "hull.Y_r"), WithinAbs(2.0 * 0.083 - 0.3, 1e-15));
   Ship more = ship;
   more.multiply({{"hull.Y_r", 0.5, 0.01}});

@@ -47,7 +47,8 @@ TEST_CASE("particulars: errors name key, range and unit", "[estimate][particular
 
 TEST_CASE("particulars: several propellers and pods are said to be unsupported", "[estimate][particulars]") {
   CHECK_THROWS_WITH(particulars_with({{"propellers", io::Json::array()}}), Contains("not supported"));
-  CHECK_THROWS_WITH(particulars_with({{"propeller", io::Json::array({{{"diameter_m", 5.0}}})}}), Contains("not supported"));
+  CHECK_THROWS_WITH(particulars_with({{"propeller", io::Json::array({{{"diameter_m", 5.0}}})}}),
+                    Contains("not supported"));
   CHECK_THROWS_WITH(particulars_with({{"propeller", {{"count", 2}}}}), Contains("not supported"));
   CHECK_THROWS_WITH(particulars_with({{"pods", 2}}), Contains("not supported") && Contains("azimuth_thrusters"));
 }

@@ -28,7 +28,8 @@ TEST_CASE("estimate: the 95 % intervals hold the measured coefficients of hulls 
   CHECK(share <= 0.99);
 }
 
-TEST_CASE("estimate: widths shrink where hulls agree, and a hull that is left out does not count", "[estimate][widths]") {
+TEST_CASE("estimate: widths shrink where hulls agree, and a hull that is left out does not count",
+          "[estimate][widths]") {
   const std::vector<MeasuredHull> hulls = measured_hulls();
   const auto width = [](const std::vector<Width>& widths, const std::string& name) {
     for (const Width& w : widths)
@@ -66,9 +67,14 @@ TEST_CASE("estimate: shipped particulars make ships that run, turn and state eve
 
 TEST_CASE("estimate: VecTwin rudders, side thrusters and azimuth thrusters", "[estimate][ship]") {
   const std::vector<Width> widths = fit_widths({});
-  const io::Json vectwin{{"name", "v"}, {"L_pp_m", 150.0}, {"B_m", 24.2}, {"d_m", 8.6}, {"C_b", 0.72},
-                         {"rudder", {{"type", "vectwin"}}},
-                         {"bow_thruster", {{"x_m", 60.0}, {"diameter_m", 2.0}, {"max_thrust_N", 1e5}, {"max_rps", 4.0}}}};
+  const io::Json vectwin{
+      {"name", "v"},
+      {"L_pp_m", 150.0},
+      {"B_m", 24.2},
+      {"d_m", 8.6},
+      {"C_b", 0.72},
+      {"rudder", {{"type", "vectwin"}}},
+      {"bow_thruster", {{"x_m", 60.0}, {"diameter_m", 2.0}, {"max_thrust_N", 1e5}, {"max_rps", 4.0}}}};
   io::JsonObject first(vectwin, "v.json");
   const Ship twin = estimate_ship(read_particulars(first), widths).ship;
   CHECK(twin.has_twin_rudders());

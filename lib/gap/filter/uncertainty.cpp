@@ -16,8 +16,7 @@ std::vector<UncertainParameter> uncertain_parameters(const Ship& ship) {
   std::vector<UncertainParameter> parameters;
   for (const UncertainCoefficient& c : coefficient_law(ship).coefficients) {
     const double least = c.is_stated ? 0.0 : kPolicy.filter.least_stated_log_sd;
-    parameters.push_back(
-        {c.name, c.sd, kPolicy.filter.tolerated * std::max(c.sd, least), c.is_absolute, c.value});
+    parameters.push_back({c.name, c.sd, kPolicy.filter.tolerated * std::max(c.sd, least), c.is_absolute, c.value});
   }
   parameters.push_back(timing_parameter());
   for (const Ship::Uncertainty& given : ship.uncertainty)

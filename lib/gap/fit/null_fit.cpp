@@ -62,8 +62,9 @@ ParameterShift shift_of(const UncertainParameter& parameter, double theta, doubl
     return {parameter.name, factor, factor * sd, parameter.sd, theta / parameter.sd, std::nullopt};
   }
   const double value = parameter.value.value_or(0.0);
-  return {parameter.name, 1.0 + theta / value,     sd / std::abs(value),
-          0.0,            theta / parameter.sd, ParameterShift::Difference{theta, sd, parameter.sd}};
+  return {parameter.name,       1.0 + theta / value,
+          sd / std::abs(value), 0.0,
+          theta / parameter.sd, ParameterShift::Difference{theta, sd, parameter.sd}};
 }
 
 // Standard errors of the levels from the curvature.
