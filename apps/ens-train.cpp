@@ -125,7 +125,9 @@ void tell_base(const Options& o, const ensemble::TrainingData& data,
       spdlog::info(
           "{}: by these recordings the base ship is {:.2g} times as wrong as it states (90 %: {:.2g} to {:.2g})",
           o.output, found->spread, found->low, found->high);
-    for (const CoefficientFactor& by : found->factors) spdlog::debug("likeliest {}: times {:.3f}", by.name, by.factor);
+    for (const CoefficientFactor& by : found->factors)
+      spdlog::debug("likeliest {}: times {:.3f}{}", by.name, by.factor,
+                    by.shift == 0.0 ? "" : fmt::format(", plus {:.3g}", by.shift));
     spdlog::debug(
         "accelerations that no coefficient explains, per root of a second: {:.2g} m/s^2, {:.2g} m/s^2, "
         "{:.2g} deg/s^2",

@@ -51,6 +51,11 @@ int main(int argc, char** argv) try {
   cli::DrawOptions draw_options;
   commands.push_back(cli::add_draws_command(app, opt, draw_options));
 
+  cli::EstimateOptions estimate_options;
+  commands.push_back(cli::add_estimate_command(app, opt, estimate_options));
+  double length_m = 0.0;
+  commands.push_back(cli::add_scale_command(app, opt, length_m));
+
   std::string effect;
   bool page = false;
   CLI::App* effects = app.add_subcommand("effects", "list the physics that can be added to a ship");

@@ -41,9 +41,14 @@ void run_draws(const CLI::App& app, const SimOptions& opt, const DrawOptions& dr
     refused += draw.refused;
     io::write_text(folder.path(files[i]), io::to_text(drawn.json(json, draw, number)));
     folder.add(files[i]);
-    io::Json factors;
-    for (const CoefficientFactor& by : draw.factors) factors[by.name] = by.factor;
+    io::Json factors, shifts;
+    for (const CoefficientFactor& by : draw.factors)
+      if (by.shift != 0.0)
+        shifts[by.name] = by.shift;
+      else
+        factors[by.name] = by.factor;
     all.push_back({{"file", files[i]}, {"refused_before", draw.refused}, {"coefficient_factors", factors}});
+    if (!shifts.is_null()) all.back()["coefficient_shifts"] = shifts;
   }
   folder.commit({{"ship", ship.name},
                  {"spread", draws.spread},

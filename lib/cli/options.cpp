@@ -22,6 +22,7 @@
 #include "core/parallel.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
+#include "ship/plausibility.hpp"
 
 namespace leeway::cli {
 
@@ -61,6 +62,10 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
     return kUsage;
   }
   log_to_messages(program, options.verbose, options.quiet);
+  // A file that is read twice is remarked on once.
+  listen_to_ships([told = std::set<std::string>()](const std::string& file, const std::string& warning) mutable {
+    if (told.insert(file + warning).second) spdlog::warn("{}: {}", file, warning);
+  });
   return std::nullopt;
 }
 

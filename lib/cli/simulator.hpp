@@ -48,6 +48,15 @@ struct DrawOptions {
 };
 Command add_draws_command(CLI::App& app, SimOptions& opt, DrawOptions& draws);
 
+/// estimate: a ship from particulars; scale: a ship of another size.
+struct EstimateOptions {
+  std::string particulars;
+  std::vector<std::string> without;
+  bool compares = false;
+};
+Command add_estimate_command(CLI::App& app, SimOptions& opt, EstimateOptions& estimate);
+Command add_scale_command(CLI::App& app, SimOptions& opt, double& length_m);
+
 /// --output.
 void add_output(CLI::App& sub, SimOptions& opt, const std::string& what);
 

@@ -31,16 +31,22 @@ Eigen::Index place_of(const std::string& name, const CoefficientLaw& law, const 
 
 CoefficientLaw coefficient_law(const Ship& ship) {
   CoefficientLaw law;
-  for (const Coefficient& coefficient : Model<double>(ship).coefficients())
-    law.coefficients.push_back({coefficient.name, coefficient.log_sd, false});
-  const auto state = [&](Eigen::Index i, double log_sd) {
+  const std::vector<Coefficient> known = Model<double>(ship).coefficients();
+  for (const Coefficient& coefficient : known)
+    law.coefficients.push_back({coefficient.name, coefficient.log_sd, false, false, coefficient.value});
+  const auto state = [&](Eigen::Index i, double sd) -> UncertainCoefficient& {
     UncertainCoefficient& coefficient = law.coefficients[static_cast<std::size_t>(i)];
-    coefficient.log_sd = log_sd;
+    coefficient.sd = sd;
     coefficient.is_stated = true;
+    return coefficient;
   };
-  for (const Ship::Uncertainty& given : ship.uncertainty)
-    if (const Eigen::Index i = place_of(given.name, law, ship, "/uncertainty/" + given.name); i >= 0)
-      state(i, given.log_sd);
+  for (const Ship::Uncertainty& given : ship.uncertainty) {
+    const std::string pointer = "/uncertainty/" + given.name;
+    const Eigen::Index i = place_of(given.name, law, ship, pointer);
+    if (given.is_absolute && (i < 0 || !known[static_cast<std::size_t>(i)].can_move))
+      throw InputError(ship.file, 0, pointer, "is no single number: state the standard deviation of its logarithm");
+    if (i >= 0) state(i, given.sd).is_absolute = given.is_absolute;
+  }
 
   const auto n = static_cast<Eigen::Index>(law.coefficients.size());
   law.covariance = Eigen::MatrixXd::Zero(n, n);
@@ -55,14 +61,19 @@ CoefficientLaw coefficient_law(const Ship& ship) {
     }
   }
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double log_sd = law.coefficients[static_cast<std::size_t>(i)].log_sd;
-    law.covariance(i, i) = log_sd * log_sd;
+    const double sd = law.coefficients[static_cast<std::size_t>(i)].sd;
+    law.covariance(i, i) = sd * sd;
   }
   for (std::size_t i = 0; i < places.size(); ++i)
     for (std::size_t j = 0; j < places.size(); ++j)
       law.covariance(places[i], places[j]) =
           ship.coefficient_covariance->matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
   return law;
+}
+
+CoefficientFactor changed(const UncertainCoefficient& coefficient, double theta) {
+  if (coefficient.is_absolute) return {coefficient.name, 1.0, theta};
+  return {coefficient.name, std::exp(theta)};
 }
 
 std::vector<CoefficientFactor> draw_factors(const CoefficientLaw& law, double spread, RandomStream& random) {
@@ -74,7 +85,7 @@ std::vector<CoefficientFactor> draw_factors(const CoefficientLaw& law, double sp
       Eigen::VectorXd(factors.matrixL() * (factors.vectorD().cwiseMax(0.0).cwiseSqrt().cwiseProduct(z)));
   std::vector<CoefficientFactor> drawn;
   for (std::size_t i = 0; i < law.coefficients.size(); ++i)
-    drawn.push_back({law.coefficients[i].name, std::exp(spread * theta(static_cast<Eigen::Index>(i)))});
+    drawn.push_back(changed(law.coefficients[i], spread * theta(static_cast<Eigen::Index>(i))));
   return drawn;
 }
 

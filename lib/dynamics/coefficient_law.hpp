@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,12 +13,18 @@ namespace leeway {
 /// time. A ship's file may state it among its uncertainties, but it is no coefficient of the ship.
 inline constexpr const char* kTiming = "actuators.timing";
 
-/// How far a coefficient may lie from where the ship's file has it: by a factor exp(theta), theta normal with mean 0.
+/// How far a coefficient may lie from where the ship's file has it, theta normal with mean 0: by a factor exp(theta),
+/// or where its sign is not certain by the difference theta.
 struct UncertainCoefficient {
-  std::string name;  ///< as in coefficient_factors
-  double log_sd = 0.0;
-  bool is_stated = false;  ///< by the ship's file; else the default of its module
+  std::string name;                            ///< as in coefficient_factors
+  double sd = 0.0;                             ///< of theta
+  bool is_stated = false;                      ///< by the ship's file; else the default of its module
+  bool is_absolute = false;                    ///< theta is a difference in the coefficient's own unit
+  std::optional<double> value = std::nullopt;  ///< of the coefficient as the ship has it; nothing of a group
 };
+
+/// What theta does to it.
+CoefficientFactor changed(const UncertainCoefficient& coefficient, double theta);
 
 /// What a ship's file says of how well its coefficients are known, read here by all tools: the file's `uncertainty`,
 /// the defaults of the force modules where it says nothing, and its `coefficient_covariance` in place of both.
@@ -29,7 +36,7 @@ struct CoefficientLaw {
 /// Throws InputError for a name that the ship does not have.
 CoefficientLaw coefficient_law(const Ship& ship);
 
-/// Factors exp(spread theta) drawn from the law.
+/// Factors exp(spread theta), or differences spread theta, drawn from the law.
 std::vector<CoefficientFactor> draw_factors(const CoefficientLaw& law, double spread, RandomStream& random);
 
 }  // namespace leeway

@@ -1,6 +1,8 @@
 // The one unit that includes the registries of forces and effects, and compiles what they list.
 #include "dynamics/model.hpp"
 
+#include <type_traits>
+
 #include <ceres/jet.h>
 
 #include "dynamics/model_parts.hpp"
@@ -67,18 +69,28 @@ template <typename T>
 std::vector<Coefficient> Model<T>::coefficients() const {
   std::vector<Coefficient> result;
   Parts copy = *parts_;
-  for_each_coefficient(copy.inertia, copy.modules,
-                       [&](const std::string& name, double log_sd, std::string_view, const auto&) {
-                         result.push_back({name, log_sd});
-                       });
+  for_each_coefficient(
+      copy.inertia, copy.modules,
+      [&]<typename S>(const std::string& name, double log_sd, std::string_view reference, const S& scale) {
+        Coefficient coefficient{name, log_sd, reference, std::nullopt, MovesBy<S, T>};
+        if constexpr (std::is_same_v<T, double> && TellsValue<S>) coefficient.value = scale.value();
+        result.push_back(coefficient);
+      });
   return result;
 }
 
 template <typename T>
-void Model<T>::multiply_coefficients(std::span<const T> factors) {
+void Model<T>::change_coefficients(std::span<const T> theta) {
+  using std::exp;
   std::size_t i = 0;
   for_each_coefficient(parts_->inertia, parts_->modules,
-                       [&](const auto&, double, std::string_view, const auto& scale) { scale(factors[i++]); });
+                       [&]<typename S>(const auto&, double, std::string_view, const S& scale) {
+                         const bool moves = !parts_->moves.empty() && parts_->moves[i];
+                         const T& by = theta[i++];
+                         if constexpr (MovesBy<S, T>)
+                           if (moves) return scale.move(by);
+                         scale(T(exp(by)));
+                       });
 }
 
 template <typename T>

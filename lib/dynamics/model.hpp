@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +20,9 @@ namespace leeway {
 struct Coefficient {
   std::string name;
   double log_sd = 0.0;  ///< sd of its natural logarithm unless the ship's JSON states another
+  std::string_view reference;
+  std::optional<double> value;  ///< as the model has it; nothing of a group
+  bool can_move = false;        ///< a single number, which a difference can change
 };
 
 /// A ship: mass, force modules and effects. T is double, or an autodiff scalar for derivatives by state, actuators or,
@@ -57,8 +61,9 @@ class Model {
 
   /// What is known up to a factor, always in the same order.
   std::vector<Coefficient> coefficients() const;
-  /// Multiplies them, in that order.
-  void multiply_coefficients(std::span<const T> factors);
+  /// Changes them, in that order: multiplied by exp(theta), or where the ship's file states an absolute uncertainty
+  /// moved by theta, in the coefficient's own unit.
+  void change_coefficients(std::span<const T> theta);
   /// The groups of modules whose force has a scale: "hull", and where the ship has them "propeller", "rudder",
   /// "thruster", "wind".
   std::vector<std::string> modules() const;

@@ -15,6 +15,7 @@ struct Model<T>::Parts {
   ForceModules<T> modules;
   Effects<T> effects;
   std::shared_ptr<const ResidualNetwork> residual_network;  ///< nullptr: none
+  std::vector<bool> moves;  ///< of each coefficient: its uncertainty is absolute; empty where that of none is
 
   /// With these effects, in place of the ship's.
   Parts(const Ship& ship, Effects<T> other_effects)
@@ -23,7 +24,11 @@ struct Model<T>::Parts {
         effects(std::move(other_effects)),
         residual_network(ship.residual_network) {
     effects.change({ship, inertia, modules});
-    leeway::multiply_coefficients(ship, inertia, modules);
+    leeway::change_coefficients(ship, inertia, modules);
+    if (!ship.has_absolute_uncertainty()) return;
+    for_each_coefficient(inertia, modules, [&](const char* name, double, std::string_view, const auto&) {
+      moves.push_back(ship.is_absolute(name));
+    });
   }
 };
 

@@ -8,6 +8,7 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "dynamics/coefficient_law.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/straight_run.hpp"
 #include "forces/inertia.hpp"
@@ -63,6 +64,29 @@ void print_sources(Text& text, const Ship& ship) {
     print(text, "  {}{}{}: {}\n", s.part, s.type.empty() ? "" : ", ", s.type, s.source);
 }
 
+// Each coefficient with its 95 % interval and where value and interval come from.
+void print_coefficients(Text& text, const Ship& ship) {
+  constexpr double kNormal95 = 1.959963985;
+  const CoefficientLaw law = coefficient_law(ship);
+  const std::vector<Coefficient> known = Model<double>(ship).coefficients();
+  print(text,
+        "\ncoefficients: value, 95 % interval (of a group: of its factor), source; * the interval is the module's "
+        "default\n");
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const UncertainCoefficient& c = law.coefficients[i];
+    const double width =
+        kNormal95 * std::sqrt(law.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
+    const double value = known[i].value.value_or(1.0);
+    double low = c.is_absolute ? value - width : value * std::exp(-width);
+    double high = c.is_absolute ? value + width : value * std::exp(width);
+    if (low > high) std::swap(low, high);
+    const auto own = ship.coefficient_sources.find(known[i].name);
+    print(text, "  {:<26} {:>10} {:>10.4g} .. {:<10.4g}{} {}\n", known[i].name,
+          known[i].value ? fmt::format("{:.4g}", value) : "x 1", low, high, c.is_stated ? " " : "*",
+          own == ship.coefficient_sources.end() ? std::string(known[i].reference) : own->second);
+  }
+}
+
 void print_effects(Text& text, const Ship& ship) {
   const Model<double> check(ship);  // whatever is wrong with an entry is said here
   if (ship.effects.empty()) return;
@@ -116,6 +140,7 @@ std::string ship_report(const Ship& ship) {
   print_particulars(text, ship);
   print_actuators(text, ship);
   print_sources(text, ship);
+  print_coefficients(text, ship);
   print_effects(text, ship);
   print(text, "\nstraight run: v_m = r = 0, rudders amidships, thrusters idle, calm air{}\n",
         ship.effects.empty() ? "" : ", effects on coefficients alone");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -20,6 +21,7 @@ constexpr Eigen::Index kMostPoints = 20'000;  // that are looked at; more tell S
 // Of a coefficient's logarithm, to either side, for derivatives: chords, since forces switch here and there, and a jump
 // within a smaller difference would pass for knowledge.
 constexpr double kDifference = 0.01;
+constexpr double kTypicalLogSd = 0.2;     // of a coefficient; what the difference of an absolute one is measured by
 constexpr double kShareDifference = 0.1;  // of an input's share, to either side, for derivatives
 constexpr double kLongestPart = 0.9;      // of a step, in sqrt(L_pp / g): what Runge-Kutta follows to 1e-3
 constexpr double kMostTheta = 1.0;        // of a coefficient's logarithm, where it is linearized
@@ -51,9 +53,14 @@ void move(Inputs<double>& inputs, const InputVector& by) {
   inputs.true_wind += by.tail<2>();
 }
 
-double factor_of(const Ship& ship, const std::string& name) {
-  const auto found = std::ranges::find(ship.coefficient_factors, name, &CoefficientFactor::name);
-  return found == ship.coefficient_factors.end() ? 1.0 : found->factor;
+// What a coefficient of `from` was changed by to be that of `to`: see BaseSpreadEstimate.
+double between(const UncertainCoefficient& coefficient, const Ship& from, const Ship& to) {
+  const auto change = [&](const Ship& ship) {
+    const auto found = std::ranges::find(ship.coefficient_factors, coefficient.name, &CoefficientFactor::name);
+    return found == ship.coefficient_factors.end() ? CoefficientFactor{coefficient.name} : *found;
+  };
+  if (coefficient.is_absolute) return change(to).shift - change(from).shift;
+  return std::log(change(to).factor / change(from).factor);
 }
 
 // A stretch with inputs that are linear between samples, and derivatives of its steps' ends.
@@ -113,16 +120,19 @@ class SpreadFit {
     else
       for (int i = 0; i < kGrid; ++i) log_S_.push_back(-3.0 + 6.0 * i / (kGrid - 1));
     const CoefficientLaw law = coefficient_law(data.base->ship());
-    for (const UncertainCoefficient& c : law.coefficients) names_.push_back(c.name);
+    coefficients_ = law.coefficients;
     const Eigen::LDLT<Eigen::MatrixXd> factors(law.covariance);
     root_ = factors.transpositionsP().transpose() * Eigen::MatrixXd(factors.matrixL());
     root_ = (root_ * factors.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal()).eval();
     whitened_.compute(root_);
     theta_ = Eigen::VectorXd::Zero(law.covariance.rows());
     if (near != nullptr)
-      for (std::size_t i = 0; i < names_.size(); ++i)
-        theta_(static_cast<Eigen::Index>(i)) =
-            std::log(factor_of(near->ship(), names_[i]) / factor_of(data.base->ship(), names_[i]));
+      for (std::size_t i = 0; i < coefficients_.size(); ++i)
+        theta_(static_cast<Eigen::Index>(i)) = between(coefficients_[i], data.base->ship(), near->ship());
+    most_theta_ = Eigen::VectorXd::Constant(theta_.size(), kMostTheta);
+    for (Eigen::Index i = 0; i < theta_.size(); ++i)
+      if (const auto& c = coefficients_[static_cast<std::size_t>(i)]; c.is_absolute)
+        most_theta_(i) = kMostTheta * c.sd / kTypicalLogSd;
     const double L_pp = data.base->ship().particulars.L_pp;
     parts_ = static_cast<int>(std::ceil(dt_s_ / (kLongestPart * std::sqrt(L_pp / kGravity_mps2))));
     const double part_s = dt_s_ / parts_;
@@ -174,17 +184,15 @@ class SpreadFit {
     estimate.spread = quantile(weights, 0.5);
     estimate.high = quantile(weights, 0.95);
     estimate.acceleration_noise = log_noise_.array().exp();
-    for (std::size_t i = 0; i < names_.size(); ++i)
-      estimate.factors.push_back({names_[i], std::exp(theta_(static_cast<Eigen::Index>(i)))});
+    for (std::size_t i = 0; i < coefficients_.size(); ++i)
+      estimate.factors.push_back(changed(coefficients_[i], theta_(static_cast<Eigen::Index>(i))));
     return estimate;
   }
 
  private:
   Model<double> model_at(const Eigen::VectorXd& theta) const {
     Model<double> model = data_.base->model();
-    std::vector<double> factors;
-    for (const double x : theta) factors.push_back(std::exp(x));
-    model.multiply_coefficients(factors);
+    model.change_coefficients(std::span<const double>(theta.data(), static_cast<std::size_t>(theta.size())));
     return model;
   }
 
@@ -202,6 +210,12 @@ class SpreadFit {
     return state.nu;
   }
 
+  // To either side of theta_, for derivatives: of an absolute uncertainty a share of it.
+  double difference(Eigen::Index i) const {
+    const UncertainCoefficient& c = coefficients_[static_cast<std::size_t>(i)];
+    return c.is_absolute ? kDifference * c.sd / kTypicalLogSd : kDifference;
+  }
+
   // The model at theta_, and derivatives along the paths.
   //   both_sides  of a coefficient; otherwise upwards alone
   void linearize(bool both_sides) {
@@ -209,7 +223,7 @@ class SpreadFit {
     const Eigen::Index n = theta_.size();
     std::vector<Chord> chords;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::VectorXd h = kDifference * Eigen::VectorXd::Unit(n, i);
+      const Eigen::VectorXd h = difference(i) * Eigen::VectorXd::Unit(n, i);
       chords.push_back({model_at(theta_ + h), std::nullopt});
       if (both_sides) chords.back().below = model_at(theta_ - h);
     }
@@ -234,8 +248,8 @@ class SpreadFit {
     for (Eigen::Index i = 0; i < n; ++i) {
       const Chord& chord = chords[static_cast<std::size_t>(i)];
       const Vec3<double> above = step(chord.above, track, k, nu, shares_);
-      by_theta.col(i) = chord.below ? (above - step(*chord.below, track, k, nu, shares_)) / (2.0 * kDifference)
-                                    : (above - end) / kDifference;
+      by_theta.col(i) = chord.below ? (above - step(*chord.below, track, k, nu, shares_)) / (2.0 * difference(i))
+                                    : (above - end) / difference(i);
     }
     for (std::size_t j = 0; j < moving_.size(); ++j) {
       const InputVector h = kShareDifference * InputVector::Unit(moving_[j]);
@@ -421,7 +435,7 @@ class SpreadFit {
   // To the posterior's mean, or a part of the way where that is less likely than here: linearizations reach so far
   // only.
   void step_towards(const Posterior& posterior, bool checks) {
-    const Eigen::VectorXd from = theta_, step = posterior.mean.cwiseMax(-kMostTheta).cwiseMin(kMostTheta) - from;
+    const Eigen::VectorXd from = theta_, step = posterior.mean.cwiseMax(-most_theta_).cwiseMin(most_theta_) - from;
     const Eigen::VectorXd shares_from = shares_(moving_), shares_step = posterior.shares - shares_from;
     const double before = cost(posterior.spread);
     for (int halvings = 0; halvings < kMostHalvings; ++halvings) {
@@ -445,10 +459,11 @@ class SpreadFit {
   int first_round_;
   double dt_s_;
   int parts_ = 1;  // of a step
-  std::vector<std::string> names_;
+  std::vector<UncertainCoefficient> coefficients_;
   Eigen::MatrixXd root_;                                              // root_ root_' is the stated covariance
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whitened_;  // of root_
   Eigen::VectorXd theta_;
+  Eigen::VectorXd most_theta_;        // to either side, of where it is linearized
   std::vector<double> log_S_;         // of which the evidence is computed
   std::vector<Eigen::Index> moving_;  // inputs that change
   InputVector shares_ = InputVector::Zero();
@@ -471,8 +486,12 @@ std::shared_ptr<const BaseModel> calibrated(const BaseModel& base, const BaseSpr
   ship.name += "-calibrated";
   ship.multiply(by.factors);
   Ship::JointUncertainty joint{{}, by.covariance};
-  for (const CoefficientFactor& factor : by.factors) joint.names.push_back(factor.name);
-  joint.matrix.diagonal() = joint.matrix.diagonal().cwiseMax(kLogSdRange.low * kLogSdRange.low);
+  for (std::size_t i = 0; i < by.factors.size(); ++i) {
+    joint.names.push_back(by.factors[i].name);
+    const double least = ship.is_absolute(by.factors[i].name) ? kAbsoluteSdRange.low : kLogSdRange.low;
+    double& variance = joint.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i));
+    variance = std::max(variance, least * least);
+  }
   io::Json json =
       multiplied(io::parse_json(base.text(), base.ship().file), by.factors,
                  fmt::format("fitted to recordings from '{}', whose stated uncertainty times {:.3g} was the "

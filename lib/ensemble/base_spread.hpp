@@ -12,7 +12,9 @@ struct BaseSpreadEstimate {
   double low = 0.0, high = 0.0;            ///< its 5 and 95 % quantiles
   Vec3<double> acceleration_noise;         ///< [m/s^2 s^0.5, ..., rad/s^2 s^0.5]: what no coefficient explains
   std::vector<CoefficientFactor> factors;  ///< the likeliest coefficients, over those of the base ship
-  Eigen::MatrixXd covariance;              ///< of the factors' logarithms, given S: what the recordings leave open
+  /// Given S: what the recordings leave open of the factors' logarithms, and of differences where the ship's file
+  /// states an absolute uncertainty.
+  Eigen::MatrixXd covariance;
 };
 
 /// The one scale S of all stated standard deviations of the base ship's coefficients, by marginal likelihood: a Kalman

@@ -31,6 +31,12 @@ std::string describe(Bounds bounds) {
   return "";
 }
 
+// A number that the bounds allow, in the place of one that is missing.
+double within_bounds(Bounds bounds) {
+  if (std::isfinite(bounds.low) && std::isfinite(bounds.high)) return 0.5 * (bounds.low + bounds.high);
+  return std::isfinite(bounds.low) ? bounds.low + 1.0 : std::isfinite(bounds.high) ? bounds.high - 1.0 : 1.0;
+}
+
 bool within(double x, Bounds bounds) {
   return std::isfinite(x) && x >= bounds.low && x <= bounds.high && !(bounds.open_low && x == bounds.low);
 }
@@ -68,19 +74,45 @@ void JsonObject::fail(const std::string& key, const std::string& problem) const 
   throw InputError(file_, 0, pointer(key), problem);
 }
 
-const Json& JsonObject::require(const std::string& key, const std::string& expected) const {
-  if (has(key)) return (*value_)[key];
+void JsonObject::note_missing() { missing_ = std::make_shared<std::vector<Missing>>(); }
+
+void JsonObject::require_complete() const {
+  if (!missing_ || missing_->empty()) return;
+  std::string problem = missing_->front().problem;
+  for (std::size_t i = 1; i < missing_->size(); ++i)
+    problem += fmt::format("{}{}: {}", i == 1 ? "; and " : "; ", (*missing_)[i].pointer, (*missing_)[i].problem);
+  throw InputError(file_, 0, missing_->front().pointer, problem);
+}
+
+const Json* JsonObject::find(const std::string& key, const std::string& expected) const {
+  if (has(key)) return &(*value_)[key];
+  if (is_absent_) return nullptr;
+  if (!missing_) fail(key, missing_value(expected));
+  missing_->push_back({pointer(key), missing_value(expected)});
+  return nullptr;
+}
+
+JsonObject JsonObject::part(const Json& value, const std::string& pointer) const {
+  JsonObject result(value, file_, pointer);
+  result.missing_ = missing_;
+  result.is_absent_ = is_absent_;
+  return result;
+}
+
+std::string JsonObject::missing_value(const std::string& expected) const {
   // A misspelled key is the likelier story than a forgotten one: name the keys that are there and not known.
   std::vector<std::string> unknown;
   for (const auto& item : value_->items())
     if (!asked_.contains(item.key())) unknown.push_back(item.key());
-  fail(key, fmt::format("missing, expected {}{}", expected,
-                        unknown.empty() ? "" : fmt::format("; not yet read here: {}", listed(unknown))));
+  return fmt::format("missing, expected {}{}", expected,
+                     unknown.empty() ? "" : fmt::format("; not yet read here: {}", listed(unknown)));
 }
 
 double JsonObject::number(const std::string& key, Bounds bounds) const {
   const std::string expected = "a number" + describe(bounds);
-  const Json& v = require(key, expected);
+  const Json* found = find(key, expected);
+  if (found == nullptr) return within_bounds(bounds);
+  const Json& v = *found;
   if (!v.is_number() || !within(v.get<double>(), bounds))
     fail(key, fmt::format("expected {}, got {}", expected, describe(v)));
   return v.get<double>();
@@ -92,7 +124,9 @@ double JsonObject::number_or(const std::string& key, double otherwise, Bounds bo
 
 long JsonObject::integer(const std::string& key, Bounds bounds) const {
   const std::string expected = "a whole number" + describe(bounds);
-  const Json& v = require(key, expected);
+  const Json* found = find(key, expected);
+  if (found == nullptr) return std::lround(within_bounds(bounds));
+  const Json& v = *found;
   const bool too_large = v.is_number_unsigned() && v.get<std::uint64_t>() > std::numeric_limits<long>::max();
   if (!v.is_number_integer() || too_large || !within(v.get<double>(), bounds))
     fail(key, fmt::format("expected {}, got {}", expected, describe(v)));
@@ -111,7 +145,9 @@ bool JsonObject::flag_or(const std::string& key, bool otherwise) const {
 }
 
 std::string JsonObject::text(const std::string& key) const {
-  const Json& v = require(key, "a text");
+  const Json* found = find(key, "a text");
+  if (found == nullptr) return "missing";
+  const Json& v = *found;
   if (!v.is_string()) fail(key, fmt::format("expected a text, got {}", describe(v)));
   return v.get<std::string>();
 }
@@ -121,6 +157,10 @@ std::string JsonObject::text_or(const std::string& key, const std::string& other
 }
 
 std::string JsonObject::word(const std::string& key, const std::vector<std::string>& words) const {
+  if (find(key, "a text") == nullptr) {
+    is_absent_ = true;  // what else it holds depends on the word
+    return words.front();
+  }
   std::string found = text(key);
   if (std::find(words.begin(), words.end(), found) == words.end())
     fail(key, fmt::format("unknown '{}'; known: {}", found, fmt::join(words, ", ")));
@@ -128,7 +168,9 @@ std::string JsonObject::word(const std::string& key, const std::vector<std::stri
 }
 
 std::vector<double> JsonObject::numbers(const std::string& key) const {
-  const Json& v = require(key, "an array of numbers");
+  const Json* found = find(key, "an array of numbers");
+  if (found == nullptr) return {};
+  const Json& v = *found;
   if (!v.is_array()) fail(key, fmt::format("expected an array of numbers, got {}", describe(v)));
   std::vector<double> result;
   for (const Json& item : v) {
@@ -140,13 +182,16 @@ std::vector<double> JsonObject::numbers(const std::string& key) const {
 }
 
 std::vector<double> JsonObject::numbers(const std::string& key, std::size_t n) const {
+  if (find(key, fmt::format("an array of {} numbers", n)) == nullptr) return std::vector<double>(n, 0.0);
   std::vector<double> result = numbers(key);
   if (result.size() != n) fail(key, fmt::format("expected {} numbers, got {}", n, result.size()));
   return result;
 }
 
 std::vector<std::string> JsonObject::texts(const std::string& key) const {
-  const Json& v = require(key, "an array of texts");
+  const Json* found = find(key, "an array of texts");
+  if (found == nullptr) return {};
+  const Json& v = *found;
   if (!v.is_array()) fail(key, fmt::format("expected an array of texts, got {}", describe(v)));
   std::vector<std::string> result;
   for (const Json& item : v) {
@@ -158,7 +203,12 @@ std::vector<std::string> JsonObject::texts(const std::string& key) const {
 }
 
 JsonObject JsonObject::object(const std::string& key) const {
-  return JsonObject(require(key, "an object"), file_, pointer(key));
+  static const Json kNothing = Json::object();
+  const Json* found = find(key, "an object");
+  if (found != nullptr) return part(*found, pointer(key));
+  JsonObject result = part(kNothing, pointer(key));
+  result.is_absent_ = true;
+  return result;
 }
 
 std::optional<JsonObject> JsonObject::object_if(const std::string& key) const {
@@ -167,10 +217,12 @@ std::optional<JsonObject> JsonObject::object_if(const std::string& key) const {
 }
 
 std::vector<JsonObject> JsonObject::objects(const std::string& key) const {
-  const Json& v = require(key, "an array of objects");
+  const Json* found = find(key, "an array of objects");
+  if (found == nullptr) return {};
+  const Json& v = *found;
   if (!v.is_array()) fail(key, fmt::format("expected an array of objects, got {}", describe(v)));
   std::vector<JsonObject> result;
-  for (const Json& item : v) result.emplace_back(item, file_, fmt::format("{}/{}", pointer(key), result.size()));
+  for (const Json& item : v) result.push_back(part(item, fmt::format("{}/{}", pointer(key), result.size())));
   return result;
 }
 
@@ -180,7 +232,11 @@ std::vector<std::string> JsonObject::keys() const {
   return result;
 }
 
-const Json& JsonObject::value(const std::string& key) const { return require(key, "a value"); }
+const Json& JsonObject::value(const std::string& key) const {
+  static const Json kNull;
+  const Json* found = find(key, "a value");
+  return found == nullptr ? kNull : *found;
+}
 
 void JsonObject::check_all_known() const {
   for (const auto& item : value_->items())

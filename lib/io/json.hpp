@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -46,6 +47,11 @@ class JsonObject {
  public:
   JsonObject(const Json& value, std::string file, std::string pointer = "");
 
+  /// From here on, missing values of this object and of those read from it are noted, and something is returned in
+  /// their place, so that all of them can be told at once: require_complete() throws if there is one.
+  void note_missing();
+  void require_complete() const;
+
   const std::string& file() const { return file_; }
   std::string pointer(const std::string& key) const { return pointer_ + "/" + key; }
   bool has(const std::string& key) const;
@@ -81,9 +87,19 @@ class JsonObject {
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const;
 
  private:
-  const Json& require(const std::string& key, const std::string& expected) const;
+  struct Missing {
+    std::string pointer, problem;
+  };
+
+  /// What to say of a value that is missing.
+  std::string missing_value(const std::string& expected) const;
+  /// Nothing, and a note, where it is missing and missing values are noted; else it throws.
+  const Json* find(const std::string& key, const std::string& expected) const;
+  JsonObject part(const Json& value, const std::string& pointer) const;
 
   const Json* value_;
+  std::shared_ptr<std::vector<Missing>> missing_;  // shared by all objects of a file; nullptr: the first one throws
+  mutable bool is_absent_ = false;                 // stands for an object that is missing: nothing more is noted of it
   std::string file_, pointer_;
   mutable std::set<std::string> asked_;
 };

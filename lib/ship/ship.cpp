@@ -8,9 +8,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/errors.hpp"
 #include "core/units.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"
+#include "ship/plausibility.hpp"
 
 namespace leeway {
 namespace {
@@ -82,7 +84,7 @@ PartSource source_of(const std::string& part, const JsonObject& json) {
 }
 
 // {"names": [...], "matrix": [[...]]}, and a source.
-Ship::JointUncertainty read_joint_uncertainty(const JsonObject& json) {
+Ship::JointUncertainty read_joint_uncertainty(const JsonObject& json, const Ship& ship) {
   json.text_or("source", "");
   Ship::JointUncertainty joint{json.texts("names"), {}};
   const auto n = static_cast<Eigen::Index>(joint.names.size());
@@ -100,17 +102,57 @@ Ship::JointUncertainty read_joint_uncertainty(const JsonObject& json) {
       json.fail(fmt::format("matrix/{}", i), fmt::format("expected {} numbers", n));
     for (Eigen::Index j = 0; j < n; ++j) joint.matrix(i, j) = row[static_cast<std::size_t>(j)].get<double>();
   }
-  const double scale = joint.matrix.cwiseAbs().maxCoeff();
-  const double least = kLogSdRange.low * kLogSdRange.low, most = kLogSdRange.high * kLogSdRange.high;
-  for (Eigen::Index i = 0; i < n; ++i)
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const io::Bounds sd = ship.is_absolute(joint.names[static_cast<std::size_t>(i)]) ? kAbsoluteSdRange : kLogSdRange;
+    const double least = sd.low * sd.low, most = sd.high * sd.high;
     if (!(joint.matrix(i, i) >= least && joint.matrix(i, i) <= most))
       json.fail(fmt::format("matrix/{}/{}", i, i),
                 fmt::format("expected a variance from {:g} to {:g}, got {}", least, most, joint.matrix(i, i)));
+  }
   if (!joint.matrix.isApprox(joint.matrix.transpose(), 1e-9)) json.fail("matrix", "expected a symmetric matrix");
-  if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(joint.matrix).eigenvalues().minCoeff() < -1e-9 * scale)
+  // Of correlations, since the units of the names may differ.
+  const Eigen::VectorXd per_sd = joint.matrix.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd correlation = per_sd.asDiagonal() * joint.matrix * per_sd.asDiagonal();
+  if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff() <
+      -1e-9 * static_cast<double>(n))
     json.fail("matrix", "is no covariance: it gives a negative variance in some direction");
   json.check_all_known();
   return joint;
+}
+
+// A log-sd, or {"sd": s} in the coefficient's own unit.
+Ship::Uncertainty read_uncertainty(const JsonObject& json, const std::string& name) {
+  if (!json.value(name).is_object()) return {name, json.number(name, kLogSdRange)};
+  const JsonObject absolute = json.object(name);
+  const double sd = absolute.number("sd", kAbsoluteSdRange);
+  absolute.check_all_known();
+  return {name, sd, true};
+}
+
+// `coefficient_factors`, `coefficient_shifts`, `uncertainty`, `coefficient_covariance`, `coefficient_sources`.
+void read_coefficients(const JsonObject& json, Ship& ship) {
+  const auto each = [&](const char* key, const auto& read) {
+    const auto object = json.object_if(key);
+    if (!object) return;
+    for (const std::string& name : object->keys())
+      if (name == "source")
+        object->text(name);
+      else
+        read(*object, name);
+  };
+  each("coefficient_factors", [&](const JsonObject& object, const std::string& name) {
+    ship.multiply({{name, object.number(name, kFactorRange)}});
+  });
+  each("coefficient_shifts", [&](const JsonObject& object, const std::string& name) {
+    ship.multiply({{name, 1.0, object.number(name)}});
+  });
+  each("uncertainty", [&](const JsonObject& object, const std::string& name) {
+    ship.uncertainty.push_back(read_uncertainty(object, name));
+  });
+  each("coefficient_sources",
+       [&](const JsonObject& object, const std::string& name) { ship.coefficient_sources[name] = object.text(name); });
+  if (const auto covariance = json.object_if("coefficient_covariance"))
+    ship.coefficient_covariance = read_joint_uncertainty(*covariance, ship);
 }
 
 // The channels that the force modules read.
@@ -167,6 +209,37 @@ void read_actuators(const JsonObject& json, Ship& ship) {
       json.fail("actuators", fmt::format("no force module reads '{}'", info(actuator.channel).name));
 }
 
+Ship read_whole(const JsonObject& json) {
+  Ship ship;
+  ship.file = json.file();
+  ship.name = json.text("name");
+  ship.description = json.text_or("description", "");
+  ship.scale = json.number_or("scale", 1.0, kPositive);
+  ship.particulars = read_particulars(json.object("particulars"));
+  ship.inertia = read_inertia(json.object("inertia"));
+  read_modules(json, ship);
+  read_actuators(json, ship);
+  if (json.has("effects"))
+    for (const JsonObject& effect : json.objects("effects")) ship.effects.push_back(parse_effect(effect));
+  read_coefficients(json, ship);
+  if (const auto network = json.object_if("residual_network")) {
+    ship.residual_network = std::make_shared<const ResidualNetwork>(residual_network_from(*network));
+    for (const Channel channel : ship.residual_network->actuators)
+      if (ship.find_actuator(channel) == nullptr)
+        network->fail("inputs", fmt::format("the ship has no actuator '{}'", info(channel).name));
+  }
+  const auto* propeller =
+      ship.propeller ? std::get_if<StandardPropellerCoefficients<double>>(&*ship.propeller) : nullptr;
+  if (propeller != nullptr && !propeller->is_reversible && ship.find_actuator(Channel::n_p)->min < 0.0)
+    json.fail("propeller", "turns astern by its actuator's limits, but has no object 'reversed'");
+  ship.u0_mps = json.number("u0_mps");
+  ship.random_interval_s = json.number("random_interval_s", kPositive);
+  for (const char* key : {"scaling", "provenance"})
+    if (json.has(key)) json.value(key);  // what made it, for people
+  json.check_all_known();
+  return ship;
+}
+
 }  // namespace
 
 const Actuator* Ship::find_actuator(Channel channel) const {
@@ -201,67 +274,59 @@ void Ship::multiply(const std::vector<CoefficientFactor>& factors) {
   for (const CoefficientFactor& by : factors) {
     const auto found = std::find_if(coefficient_factors.begin(), coefficient_factors.end(),
                                     [&](const CoefficientFactor& own) { return own.name == by.name; });
-    if (found == coefficient_factors.end())
+    if (found == coefficient_factors.end()) {
       coefficient_factors.push_back(by);
-    else
-      found->factor *= by.factor;
+      continue;
+    }
+    found->factor *= by.factor;
+    found->shift = found->shift * by.factor + by.shift;
   }
 }
 
+bool Ship::has_absolute_uncertainty() const { return std::ranges::any_of(uncertainty, &Uncertainty::is_absolute); }
+
+bool Ship::is_absolute(std::string_view coefficient) const {
+  return std::ranges::any_of(uncertainty, [&](const Uncertainty& u) { return u.is_absolute && u.name == coefficient; });
+}
+
 io::Json multiplied(io::Json ship, const std::vector<CoefficientFactor>& factors, const std::string& source) {
-  for (const CoefficientFactor& by : factors) {
-    io::Json& all = ship["coefficient_factors"];
+  const auto write = [&](const char* key, const std::string& name, double value) {
+    io::Json& all = ship[key];
     if (all.is_null()) all = io::Json::object();
-    all[by.name] = all.value(by.name, 1.0) * by.factor;
+    all[name] = value;
     all["source"] = source;
+  };
+  const auto stated = [&](const char* key, const std::string& name, double otherwise) {
+    const auto all = ship.find(key);
+    return all == ship.end() ? otherwise : all->value(name, otherwise);
+  };
+  for (const CoefficientFactor& by : factors) {
+    const double shift = stated("coefficient_shifts", by.name, 0.0) * by.factor + by.shift;
+    if (by.factor != 1.0 || by.shift == 0.0)
+      write("coefficient_factors", by.name, stated("coefficient_factors", by.name, 1.0) * by.factor);
+    if (shift != 0.0) write("coefficient_shifts", by.name, shift);
   }
   return ship;
 }
 
 Ship read_ship(const std::string& name_or_path) {
   const std::string path = io::find_config("ships", name_or_path);
-  const io::Json text = io::read_json(path);
-  const JsonObject json(text, path);
+  const Ship ship = parse_ship(io::read_json(path), path);
+  tell_implausible(ship);
+  return ship;
+}
+
+Ship parse_ship(const io::Json& text, const std::string& file) {
+  JsonObject json(text, file);
+  json.note_missing();
   Ship ship;
-  ship.file = path;
-  ship.name = json.text("name");
-  ship.description = json.text_or("description", "");
-  ship.scale = json.number_or("scale", 1.0, kPositive);
-  ship.particulars = read_particulars(json.object("particulars"));
-  ship.inertia = read_inertia(json.object("inertia"));
-  read_modules(json, ship);
-  read_actuators(json, ship);
-  if (json.has("effects"))
-    for (const JsonObject& effect : json.objects("effects")) ship.effects.push_back(parse_effect(effect));
-  if (const auto factors = json.object_if("coefficient_factors")) {
-    for (const std::string& name : factors->keys())
-      if (name == "source")
-        factors->text(name);
-      else
-        ship.coefficient_factors.push_back({name, factors->number(name, kFactorRange)});
+  try {
+    ship = read_whole(json);
+  } catch (const InputError&) {
+    json.require_complete();  // what is wrong may follow from what is missing
+    throw;
   }
-  if (const auto network = json.object_if("residual_network")) {
-    ship.residual_network = std::make_shared<const ResidualNetwork>(residual_network_from(*network));
-    for (const Channel channel : ship.residual_network->actuators)
-      if (ship.find_actuator(channel) == nullptr)
-        network->fail("inputs", fmt::format("the ship has no actuator '{}'", info(channel).name));
-  }
-  if (const auto uncertainty = json.object_if("uncertainty")) {
-    for (const std::string& name : uncertainty->keys())
-      if (name == "source")
-        uncertainty->text(name);
-      else
-        ship.uncertainty.push_back({name, uncertainty->number(name, kLogSdRange)});
-  }
-  if (const auto covariance = json.object_if("coefficient_covariance"))
-    ship.coefficient_covariance = read_joint_uncertainty(*covariance);
-  const auto* propeller =
-      ship.propeller ? std::get_if<StandardPropellerCoefficients<double>>(&*ship.propeller) : nullptr;
-  if (propeller != nullptr && !propeller->is_reversible && ship.find_actuator(Channel::n_p)->min < 0.0)
-    json.fail("propeller", "turns astern by its actuator's limits, but has no object 'reversed'");
-  ship.u0_mps = json.number("u0_mps");
-  ship.random_interval_s = json.number("random_interval_s", kPositive);
-  json.check_all_known();
+  json.require_complete();
   return ship;
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -20,13 +22,15 @@ struct EffectEntry {
   std::string file, pointer;                                              ///< where it stands, for messages
 };
 
-/// What a file may state: of a coefficient's factor, and of the standard deviation of its logarithm.
-inline constexpr io::Bounds kFactorRange{0.01, 100.0}, kLogSdRange{1e-4, 3.0};
+/// What a file may state: of a coefficient's factor, of the standard deviation of its logarithm, and of its own.
+inline constexpr io::Bounds kFactorRange{0.01, 100.0}, kLogSdRange{1e-4, 3.0}, kAbsoluteSdRange{1e-9, 1e9};
 
-/// What a coefficient, or a group of them, is multiplied by; dynamics/coefficient_factors.hpp knows the names.
+/// What a coefficient, or a group of them, is multiplied by, and what is added then: c becomes factor c + shift.
+/// dynamics/coefficient_factors.hpp knows the names.
 struct CoefficientFactor {
   std::string name;
   double factor = 1.0;
+  double shift = 0.0;  ///< in the coefficient's own unit
 };
 
 /// Where the numbers of one part of a ship's JSON come from. `type` is empty for particulars and inertia.
@@ -42,13 +46,16 @@ struct Ship : ShipCoefficients {
   std::vector<EffectEntry> effects;
   std::vector<CoefficientFactor> coefficient_factors;
   std::shared_ptr<const ResidualNetwork> residual_network;  ///< nullptr: none
-  /// How well a coefficient is known: standard deviation of its natural logarithm; names as in coefficient_factors.
+  /// How well a coefficient is known: standard deviation of its natural logarithm, or where its sign is not certain of
+  /// its value; names as in coefficient_factors.
   struct Uncertainty {
     std::string name;
-    double log_sd = 0.0;
+    double sd = 0.0;
+    bool is_absolute = false;
   };
   std::vector<Uncertainty> uncertainty;
-  /// Covariance of natural logarithms, where the file states it; for its names it stands in place of `uncertainty`.
+  /// Covariance of natural logarithms, and of values for names whose `uncertainty` is absolute, where the file states
+  /// it; for its names it stands in place of `uncertainty`.
   struct JointUncertainty {
     std::vector<std::string> names;
     Eigen::MatrixXd matrix;  ///< symmetric, no negative variance in any direction
@@ -57,13 +64,17 @@ struct Ship : ShipCoefficients {
   double u0_mps = 0.0;              ///< surge at which maneuvers start unless told otherwise
   double random_interval_s = 0.0;   ///< time between random orders
   std::vector<PartSource> sources;  ///< of particulars, inertia, each module and the actuators, in this order
+  std::map<std::string, std::string> coefficient_sources;  ///< where single coefficients come from, by their names
 
   /// Nothing where the ship has no such actuator.
   const Actuator* find_actuator(Channel channel) const;
   std::vector<Channel> actuator_channels() const;
   Actuators<double> initial_actuators() const;
-  /// Multiplies coefficients, also such as have a factor already.
+  /// Multiplies and moves coefficients, also such as have a factor already.
   void multiply(const std::vector<CoefficientFactor>& factors);
+  bool has_absolute_uncertainty() const;
+  /// Whether the file states the uncertainty of this coefficient's value, not of its logarithm.
+  bool is_absolute(std::string_view coefficient) const;
   /// The actuators that drive the ship: its propeller, or the thrusters that do so.
   std::vector<Actuator> propulsion() const;
   /// The same revolutions for all of them [1/s].
@@ -80,7 +91,10 @@ struct Ship : ShipCoefficients {
 /// actuator, and for an actuator that no module reads; UsageError for a name that is not shipped.
 Ship read_ship(const std::string& name_or_path);
 
-/// A ship's JSON with its coefficients multiplied, also such as have a factor already.
+/// The same from its JSON; `file` stands in messages.
+Ship parse_ship(const io::Json& json, const std::string& file);
+
+/// A ship's JSON with its coefficients multiplied and moved, also such as have a factor already.
 ///   source  of the factors
 io::Json multiplied(io::Json ship, const std::vector<CoefficientFactor>& factors, const std::string& source);
 

@@ -42,7 +42,7 @@ TEST_CASE("coefficient law: defaults of the modules, what the file states, and j
   const Ship ship = ship_with(folder, {{"uncertainty", {{"hull.Y_v", 0.5}, {"hull.N_v", 0.07}, {"source", "a test"}}},
                                        {"coefficient_covariance", kJoint}});
   const CoefficientLaw law = coefficient_law(ship);
-  const auto sd = [&](const std::string& name) { return law.coefficients[place_of(law, name)].log_sd; };
+  const auto sd = [&](const std::string& name) { return law.coefficients[place_of(law, name)].sd; };
   CHECK(sd("hull.Y_v") == 0.2);
   CHECK_THAT(sd("hull.N_r"), WithinRel(0.3, 1e-15));
   CHECK(sd("hull.N_v") == 0.07);
@@ -57,7 +57,7 @@ TEST_CASE("coefficient law: defaults of the modules, what the file states, and j
 
   // The gap tools read the same.
   for (const gap::UncertainParameter& parameter : gap::uncertain_parameters(ship))
-    if (parameter.name != kTiming) CHECK(parameter.log_sd == sd(parameter.name));
+    if (parameter.name != kTiming) CHECK(parameter.sd == sd(parameter.name));
 }
 
 TEST_CASE("coefficient law: draws have the stated spread and correlation, times the scale", "[dynamics][law]") {

@@ -74,7 +74,7 @@ Eigen::VectorXd widths(const FittedNull& fit, double tolerance) {
   const Eigen::Index coefficients = fit.theta.size() - 1 - fit.effects;
   for (Eigen::Index i = 0; i < coefficients; ++i) {
     const UncertainParameter& p = fit.parameters[static_cast<std::size_t>(i)];
-    result[i] = std::exp((1.0 - tolerance) * std::log(p.log_sd) + tolerance * std::log(p.tolerated_sd));
+    result[i] = std::exp((1.0 - tolerance) * std::log(p.sd) + tolerance * std::log(p.tolerated_sd));
   }
   return result;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,14 +8,20 @@
 
 namespace leeway::gap {
 
-/// A coefficient, or a group of them, that is known up to a factor exp(theta), theta ~ N(0, log_sd^2).
+/// A coefficient, or a group of them, that is known up to a factor exp(theta), theta ~ N(0, sd^2), or where the ship's
+/// file states an absolute uncertainty up to a difference theta.
 struct UncertainParameter {
   std::string name;  ///< "hull.Y_v", "propeller.K_T", "wind.k_Y", ...
-  double log_sd = 0.0;
+  double sd = 0.0;   ///< of theta
   /// What is still called a wrong coefficient and not missing physics: twice log_sd, and at least 0.2 unless the ship's
   /// JSON states how well the coefficient is known.
   double tolerated_sd = 0.0;
+  bool is_absolute = false;
+  std::optional<double> value = std::nullopt;  ///< of the coefficient as the ship has it; nothing of a group
 };
+
+/// What theta does to it.
+CoefficientFactor changed(const UncertainParameter& parameter, double theta);
 
 /// The uncertain parameters of a ship, coefficient_law() each by itself. Throws InputError for a name that the ship
 /// does not have. The last one is no coefficient: kTiming.
@@ -24,14 +30,12 @@ std::vector<UncertainParameter> uncertain_parameters(const Ship& ship);
 /// kTiming: without it, actuators sampled once a second look like late ones.
 UncertainParameter timing_parameter();
 
-/// Multiplies the parameters of a model by exp(theta), in the order of uncertain_parameters(); the timing is left
-/// alone.
+/// Changes the parameters of a model by theta, in the order of uncertain_parameters(); the timing is left alone.
 template <typename T, typename Theta>
 void apply_uncertainty(Model<T>& model, const Theta& theta) {
-  using std::exp;
-  std::vector<T> factors(model.coefficients().size());
-  for (std::size_t i = 0; i < factors.size(); ++i) factors[i] = T(exp(theta[static_cast<Eigen::Index>(i)]));
-  model.multiply_coefficients(factors);
+  std::vector<T> changes(model.coefficients().size());
+  for (std::size_t i = 0; i < changes.size(); ++i) changes[i] = T(theta[static_cast<Eigen::Index>(i)]);
+  model.change_coefficients(changes);
 }
 
 }  // namespace leeway::gap

@@ -55,6 +55,18 @@ Noise first_noise(const Campaign& campaign) {
   return noise;
 }
 
+// Where theta has moved a parameter, with what is left of its uncertainty.
+ParameterShift shift_of(const UncertainParameter& parameter, double theta, double sd) {
+  if (!parameter.is_absolute) {
+    const double factor = std::exp(theta);
+    return {parameter.name, factor, factor * sd, parameter.sd, theta / parameter.sd, std::nullopt};
+  }
+  const double value = parameter.value.value_or(0.0);
+  return {parameter.name,       1.0 + theta / value,
+          sd / std::abs(value), 0.0,
+          theta / parameter.sd, ParameterShift::Difference{theta, sd, parameter.sd}};
+}
+
 // Standard errors of the levels from the curvature.
 void judge_levels(const LevelProblem& problem, FittedNull& fit) {
   NullFit& report = fit.report;
@@ -108,10 +120,8 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
   M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
   const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(p, p));
   for (Eigen::Index i = 0; i + 1 + fit.effects < p; ++i) {
-    const double factor = std::exp(fit.theta[i]), sd = std::sqrt(covariance(i, i));
-    const UncertainParameter& parameter = fit.parameters[static_cast<std::size_t>(i)];
     report.parameters.push_back(
-        {parameter.name, factor, factor * sd, parameter.log_sd, fit.theta[i] / parameter.log_sd});
+        shift_of(fit.parameters[static_cast<std::size_t>(i)], fit.theta[i], std::sqrt(covariance(i, i))));
   }
   report.actuator_lag = {"actuator_lag", kPolicy.filter.timing_share * fit.theta[p - 1],
                          kPolicy.filter.timing_share * std::sqrt(covariance(p - 1, p - 1))};
@@ -119,7 +129,7 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
 
 // To what is tolerated by way of what is stated.
 void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
-  fit.prior_sd = climb.prior(&UncertainParameter::log_sd);
+  fit.prior_sd = climb.prior(&UncertainParameter::sd);
   const bool converged_as_stated = climb.until_converged(options.most_iterations, Judged::all);
   const NullFit as_stated = fit.report;
   const Eigen::VectorXd theta = fit.theta;

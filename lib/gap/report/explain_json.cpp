@@ -77,7 +77,9 @@ Json to_json(const Explanation& explanation) {
   Json currents = Json::object();
   for (const CurrentPath& path : explanation.current_paths) currents[path.recording] = current_file(path.recording);
   Json factors = Json::object();
-  for (const CoefficientFactor& by : explanation.coefficient_factors) factors[by.name] = number(by.factor);
+  Json differences = Json::object();
+  for (const CoefficientFactor& by : explanation.coefficient_factors)
+    (by.shift != 0.0 ? differences : factors)[by.name] = number(by.shift != 0.0 ? by.shift : by.factor);
   Json next = Json::array();
   for (const NextManeuver& maneuver : explanation.next)
     next.push_back({{"maneuver", maneuver.name},
@@ -106,6 +108,7 @@ Json to_json(const Explanation& explanation) {
         {"log_error_without", number(explanation.log_error_without_network)},
         {"log_error_with", number(explanation.log_error_with_network)}}},
       {"coefficient_factors", factors},
+      {"coefficient_shifts", differences},
       {"ship", "ship.json"},
       {"currents", currents},
       {"ships", ships},

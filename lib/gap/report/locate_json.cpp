@@ -240,11 +240,16 @@ Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 
 Json to_json(const std::vector<ParameterShift>& shifts) {
   Json result = Json::object();
-  for (const ParameterShift& p : shifts)
+  for (const ParameterShift& p : shifts) {
     result[p.name] = {{"factor", number(p.factor)},
                       {"factor_sd", number(p.factor_sd)},
-                      {"prior_log_sd", number(p.prior_log_sd)},
+                      {"prior_log_sd", p.difference ? Json(nullptr) : number(p.prior_log_sd)},
                       {"shift_in_prior_sd", number(p.shift_sd)}};
+    if (p.difference)
+      result[p.name].update({{"shift", number(p.difference->estimate)},
+                             {"shift_sd", number(p.difference->sd)},
+                             {"prior_sd", number(p.difference->prior_sd)}});
+  }
   return result;
 }
 

@@ -191,10 +191,11 @@ void add_sensors(Screen& screen, const Findings& findings) {
 
 void add_parameters(Screen& screen, const std::vector<ParameterShift>& parameters) {
   std::vector<ParameterShift> moved;
-  for (const ParameterShift& p : parameters)
-    if (std::abs(p.shift_sd) > kPolicy.report.shifted_sd &&
-        std::abs(std::log(p.factor)) > kPolicy.report.shifted_sd * p.factor_sd / p.factor)
-      moved.push_back(p);
+  for (const ParameterShift& p : parameters) {
+    const double by_sd = p.difference ? std::abs(p.difference->estimate) / p.difference->sd
+                                      : std::abs(std::log(p.factor)) * p.factor / p.factor_sd;
+    if (std::abs(p.shift_sd) > kPolicy.report.shifted_sd && by_sd > kPolicy.report.shifted_sd) moved.push_back(p);
+  }
   std::stable_sort(moved.begin(), moved.end(), [](const ParameterShift& a, const ParameterShift& b) {
     return std::abs(a.shift_sd) > std::abs(b.shift_sd);
   });
@@ -203,6 +204,8 @@ void add_parameters(Screen& screen, const std::vector<ParameterShift>& parameter
                 first_of(
                     moved, 4, 2,
                     [](const ParameterShift& p) {
+                      if (p.difference)
+                        return fmt::format("{} {:+.2g} ({:+.1f} sd)", p.name, p.difference->estimate, p.shift_sd);
                       return fmt::format("{} x {:.2f} ({:+.1f} sd)", p.name, p.factor, p.shift_sd);
                     },
                     " off: they may stand in for missing physics"),

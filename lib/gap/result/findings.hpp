@@ -32,7 +32,13 @@ struct ParameterShift {
   double factor = 1.0;     ///< on the value of the ship's JSON
   double factor_sd = 0.0;  ///< what is left of the uncertainty
   double prior_log_sd = 0.0;
-  double shift_sd = 0.0;  ///< ln(factor)/prior_log_sd
+  double shift_sd =
+      0.0;  ///< ln(factor)/prior_log_sd, or of a parameter with an absolute uncertainty its difference by that
+  /// Of a parameter with an absolute uncertainty, in its own unit; prior_log_sd is 0 then.
+  struct Difference {
+    double estimate = 0.0, sd = 0.0, prior_sd = 0.0;
+  };
+  std::optional<Difference> difference = std::nullopt;
 };
 
 struct NullFit {

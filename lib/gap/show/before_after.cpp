@@ -47,7 +47,7 @@ std::vector<CoefficientFactor> factors_of(const FittedNull& fit, const Eigen::Ve
   std::vector<CoefficientFactor> factors;
   for (Eigen::Index i = 0; i < theta.size() - 1 - fit.effects; ++i)
     if (std::abs(theta[i]) > kPolicy.show.same_log_factor)
-      factors.push_back({fit.parameters[static_cast<std::size_t>(i)].name, std::exp(theta[i])});
+      factors.push_back(changed(fit.parameters[static_cast<std::size_t>(i)], theta[i]));
   return factors;
 }
 

@@ -346,7 +346,7 @@ TEST_CASE("gap: a ship states how well its coefficients are known, by names that
   ship.uncertainty = {{"hull.N_vvr", 0.03}};
   for (const gap::UncertainParameter& parameter : gap::uncertain_parameters(ship)) {
     if (parameter.name == "hull.N_vvr") {
-      CHECK(parameter.log_sd == 0.03);
+      CHECK(parameter.sd == 0.03);
       CHECK(parameter.tolerated_sd == Approx(0.06));
     } else {
       CHECK(parameter.tolerated_sd >= 0.2);

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estimate/statistics.hpp"
+
+namespace leeway::estimate {
+
+/// One formula's value of a coefficient.
+struct MethodValue {
+  std::string_view source;
+  double value;
+};
+
+/// A coefficient by one formula, or the mean of several; names as in coefficient_factors.
+struct CoefficientEstimate {
+  std::string name;
+  double value = 0.0;
+  std::vector<MethodValue> methods;
+  std::string remark;  ///< what else is to be said of where it comes from
+
+  /// "mean of A (-0.41), B (-0.39)".
+  std::string source() const;
+};
+
+struct CoefficientEstimates {
+  std::vector<CoefficientEstimate> all;
+  std::array<double, 3> K_T{};        ///< constant, J, J^2
+  std::vector<std::string> warnings;  ///< parameters outside the range of a formula
+
+  /// The value of a name that is there.
+  double operator[](std::string_view name) const;
+  const CoefficientEstimate* find(std::string_view name) const;
+};
+
+/// Every coefficient of mass, hull, propeller and rudder that particulars tell something of. "hull.resistance" is R_0,
+/// "propeller.K_T" the thrust coefficient at half the advance ratio at which it ends; "propeller.1-w_P" and the like
+/// are the differences to 1.
+CoefficientEstimates estimate_coefficients(const CompleteHull& hull);
+
+}  // namespace leeway::estimate

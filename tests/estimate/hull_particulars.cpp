@@ -1,0 +1,77 @@
+#include "estimate/hull_particulars.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "estimate/statistics.hpp"
+#include "io/files.hpp"
+#include "temporary_folder.hpp"
+
+using namespace leeway;
+using namespace leeway::estimate;
+using Catch::Matchers::Contains;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+io::Json tanker() { return {{"name", "t"}, {"L_pp_m", 320.0}, {"B_m", 58.0}, {"d_m", 20.8}, {"C_b", 0.81}}; }
+
+HullParticulars particulars_with(const io::Json& more) {
+  io::Json json = tanker();
+  json.update(more);
+  io::JsonObject object(json, "t.json");
+  return read_particulars(object);
+}
+
+}  // namespace
+
+TEST_CASE("particulars: what is missing is said all at once", "[estimate][particulars]") {
+  const io::Json none{{"name", "t"}, {"B_m", 58.0}};
+  io::JsonObject object(none, "t.json");
+  CHECK_THROWS_WITH(read_particulars(object), Contains("/L_pp_m") && Contains("/d_m") && Contains("/C_b"));
+}
+
+TEST_CASE("particulars: errors name key, range and unit", "[estimate][particulars]") {
+  CHECK_THROWS_WITH(particulars_with({{"C_b", 8.1}}), Contains("/C_b") && Contains("0.25 to 0.98") && Contains("8.1"));
+  CHECK_THROWS_WITH(particulars_with({{"d_m", 68.2}}), Contains("/d_m") && Contains("[m]") && Contains("feet"));
+  CHECK_THROWS_WITH(particulars_with({{"propeller", {{"diameter_m", 25.0}}}}),
+                    Contains("/propeller/diameter_m") && Contains("20.8 m") && Contains("25"));
+  CHECK_THROWS_WITH(particulars_with({{"propeller", {{"diametre_m", 9.0}}}}), Contains("unknown key"));
+  CHECK_THROWS_WITH(particulars_with({{"speed", 9.0}}), Contains("/speed") && Contains("unknown key"));
+  CHECK_THROWS_WITH(particulars_with({{"service_speed_kn", 80.0}}), Contains("/service_speed_kn"));
+  CHECK_THROWS_WITH(particulars_with({{"propeller", {{"rps_at_service_speed", 91.5}}}}), Contains("per minute"));
+}
+
+TEST_CASE("particulars: several propellers and pods are said to be unsupported", "[estimate][particulars]") {
+  CHECK_THROWS_WITH(particulars_with({{"propellers", io::Json::array()}}), Contains("not supported"));
+  CHECK_THROWS_WITH(particulars_with({{"propeller", io::Json::array({{{"diameter_m", 5.0}}})}}),
+                    Contains("not supported"));
+  CHECK_THROWS_WITH(particulars_with({{"propeller", {{"count", 2}}}}), Contains("not supported"));
+  CHECK_THROWS_WITH(particulars_with({{"pods", 2}}), Contains("not supported") && Contains("azimuth_thrusters"));
+}
+
+TEST_CASE("particulars: a displacement is a block coefficient, drafts have a mean", "[estimate][particulars]") {
+  io::Json json = tanker();
+  json.erase("C_b");
+  json.erase("d_m");
+  json.update({{"displacement_t", 312600.0 * 1.026}, {"d_fore_m", 20.3}, {"d_aft_m", 21.3}});
+  io::JsonObject object(json, "t.json");
+  const HullParticulars hull = read_particulars(object);
+  CHECK_THAT(hull.d, WithinAbs(20.8, 1e-12));
+  CHECK_THAT(hull.C_b, WithinRel(312600.0 / (320.0 * 58.0 * 20.8), 1e-9));
+}
+
+TEST_CASE("particulars: statistics fill what is missing and each is named", "[estimate][particulars]") {
+  const CompleteHull hull = fill(particulars_with({}));
+  CHECK(hull.assumptions.size() >= 15);
+  for (const Assumption& a : hull.assumptions) CHECK(a.source.size() > 10);
+  // What KVLCC2 has in truth, within what statistics of ships can do.
+  CHECK_THAT(hull.D_P, WithinRel(9.86, 0.15));
+  CHECK_THAT(hull.A_R, WithinRel(112.5, 0.15));
+  CHECK_THAT(hull.x_G, WithinRel(11.2, 0.4));
+  CHECK_THAT(hull.service_speed, WithinRel(15.5 * kKnot, 0.25));
+  CHECK_THAT(hull.holtrop.wetted_surface, WithinRel(27194.0, 0.05));  // SIMMAN, hull without rudder
+}
