@@ -4,6 +4,7 @@
 
 #include "core/errors.hpp"
 #include "dynamics/straight_run.hpp"
+#include "forces/registry.hpp"
 
 namespace leeway {
 namespace {
@@ -75,7 +76,7 @@ void order_rudders(const Ship& ship, double rudder_rad, Actuators<double>& comma
   const auto steer = [&](const auto& thruster) {
     if constexpr (requires { thruster.steer(rudder_rad, command); }) thruster.steer(rudder_rad, command);
   };
-  for (const auto& thruster : ship.thrusters) std::visit(steer, thruster);
+  for (const auto& thruster : ship.modules->thrusters) std::visit(steer, thruster);
 }
 
 CourseKeeper course_keeper(const SimulatedShip& start) {

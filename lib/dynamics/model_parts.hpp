@@ -20,7 +20,7 @@ struct Model<T>::Parts {
   /// With these effects, in place of the ship's.
   Parts(const Ship& ship, Effects<T> other_effects)
       : inertia(ship.inertia, ship.particulars),
-        modules(ship),
+        modules(*ship.modules, ship.particulars),
         effects(std::move(other_effects)),
         residual_network(ship.residual_network) {
     effects.change({ship, inertia, modules});

@@ -77,7 +77,7 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
 
   wind_x_.assign(n, 0.0);
   wind_y_.assign(n, 0.0);
-  has_wind_ = recording.has_wind() && ship.wind.has_value();
+  has_wind_ = recording.has_wind() && ship.has_wind();
   if (has_wind_) {
     const bool is_true = recording.has(Channel::wind_speed) && recording.has(Channel::wind_dir);
     if (!recording.has(Channel::psi))
@@ -92,7 +92,7 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
       wind_x_[i] = wind(0);
       wind_y_[i] = wind(1);
     }
-  } else if (ship.wind) {
+  } else if (ship.has_wind()) {
     notices_.push_back(fmt::format("{}: has no wind; calm air is assumed", recording.file));
   }
 

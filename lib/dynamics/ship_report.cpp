@@ -12,6 +12,7 @@
 #include "dynamics/model.hpp"
 #include "dynamics/straight_run.hpp"
 #include "forces/inertia.hpp"
+#include "forces/registry.hpp"
 #include "io/files.hpp"
 
 namespace leeway {
@@ -101,7 +102,7 @@ void print_effects(Text& text, const Ship& ship) {
 
 void print_run(Text& text, const StraightRun& run, const Ship& ship) {
   print(text, "    u {:.6g} m/s (Fr {:.4f}), ", run.u, run.u / std::sqrt(kGravity_mps2 * ship.particulars.L_pp));
-  if (ship.propeller)
+  if (ship.modules->propeller)
     print(text, "n_p {:.6g} 1/s, J {:.4f}, 1 - w_P {:.4f}, K_T {:.4f}\n", run.n, run.J, run.one_minus_w_P, run.K_T);
   else
     print(text, "{:.6g} 1/s of each thruster that drives\n", run.n);

@@ -27,7 +27,8 @@ struct ActuatorDelay {
   T delay;
 
   ActuatorDelay(const std::array<T, 1>& value, const Ship& ship) : delay(value[0]) {
-    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+    if (!ship.modules->has([]<typename M>() { return HasNormalForce<M>; }))
+      throw EffectNotApplicable("the ship has no rudder");
   }
 
   void slow(RudderResponse& response) const requires std::same_as<T, double> { response.delay_s += delay; }

@@ -28,7 +28,8 @@ struct ActuatorLag {
   T lag;
 
   ActuatorLag(const std::array<T, 1>& value, const Ship& ship) : lag(value[0]) {
-    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+    if (!ship.modules->has([]<typename M>() { return HasNormalForce<M>; }))
+      throw EffectNotApplicable("the ship has no rudder");
   }
 
   void slow(RudderResponse& response) const requires std::same_as<T, double> { response.lag_s += lag; }

@@ -30,7 +30,8 @@ struct ActuatorRate {
   T rate;  ///< [rad/s]
 
   ActuatorRate(const std::array<T, 1>& value, const Ship& ship) : rate(value[0] * kDegree) {
-    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+    if (!ship.modules->has([]<typename M>() { return HasNormalForce<M>; }))
+      throw EffectNotApplicable("the ship has no rudder");
   }
 
   void slow(RudderResponse& response) const requires std::same_as<T, double> {

@@ -34,7 +34,7 @@ struct Anemometer {
 
   Anemometer(const std::array<T, 2>& value, const Ship& ship) {
     using std::cos, std::sin;
-    if (!ship.wind) throw EffectNotApplicable("the ship has no wind module");
+    if (!ship.modules->wind) throw EffectNotApplicable("the ship has no wind module");
     c = cos(value[1] * kDegree) / value[0];
     s = sin(value[1] * kDegree) / value[0];
   }

@@ -25,7 +25,7 @@ struct CrossFlowDrag {
   T gain;
 
   CrossFlowDrag(const std::array<T, 1>& value, const Ship& ship) : gain(value[0]) {
-    if (!ship.has([]<typename M>() { return HasCrossFlowDrag<M>; }))
+    if (!ship.modules->has([]<typename M>() { return HasCrossFlowDrag<M>; }))
       throw EffectNotApplicable("the ship's hull model has no cross-flow drag");
   }
 

@@ -32,8 +32,8 @@ struct PropellerWalk {
   T Y, N, astern_gain;  ///< by n |n| [N s^2, N m s^2]
 
   PropellerWalk(const std::array<T, 3>& value, const Ship& ship) : astern_gain(value[2]) {
-    if (!ship.propeller) throw EffectNotApplicable("the ship has no propeller on a fixed shaft");
-    const double D2 = std::visit([](const auto& c) { return c.D_P * c.D_P; }, *ship.propeller);
+    if (!ship.modules->propeller) throw EffectNotApplicable("the ship has no propeller on a fixed shaft");
+    const double D2 = std::visit([](const auto& c) { return c.D_P * c.D_P; }, *ship.modules->propeller);
     Y = ship.particulars.rho * D2 * D2 * value[0];
     N = ship.particulars.rho * D2 * D2 * ship.particulars.L_pp * value[1];
   }

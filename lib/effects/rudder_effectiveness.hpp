@@ -30,7 +30,8 @@ struct RudderEffectiveness {
 
   RudderEffectiveness(const std::array<T, 3>& value, const Ship& ship)
       : k_port(value[0] * value[1]), k_starboard(value[0] * value[2]) {
-    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+    if (!ship.modules->has([]<typename M>() { return HasNormalForce<M>; }))
+      throw EffectNotApplicable("the ship has no rudder");
     if (!ship.has_twin_rudders() && (value[1] != T(1.0) || value[2] != T(1.0)))
       throw EffectNotApplicable("k_P and k_S belong to two rudders, and the ship has one: use k_R");
   }

@@ -26,7 +26,8 @@ struct RudderOffset {
   T offset;  ///< [rad]
 
   RudderOffset(const std::array<T, 1>& value, const Ship& ship) : offset(value[0] * kDegree) {
-    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+    if (!ship.modules->has([]<typename M>() { return HasNormalForce<M>; }))
+      throw EffectNotApplicable("the ship has no rudder");
   }
 
   void act(Actuators<T>& actuators) const {

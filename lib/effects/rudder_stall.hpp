@@ -34,7 +34,8 @@ struct RudderStall {
 
   RudderStall(const std::array<T, 3>& value, const Ship& ship)
       : loss{value[0] * kDegree, value[1], value[2] * kDegree} {
-    if (!ship.has([]<typename M>() { return HasNormalForce<M>; })) throw EffectNotApplicable("the ship has no rudder");
+    if (!ship.modules->has([]<typename M>() { return HasNormalForce<M>; }))
+      throw EffectNotApplicable("the ship has no rudder");
   }
 
   void change(ModelParts<T>& parts) const {

@@ -24,7 +24,8 @@ struct ThrustLoss {
   T k_T;
 
   ThrustLoss(const std::array<T, 1>& value, const Ship& ship) : k_T(value[0]) {
-    if (!ship.has([]<typename M>() { return HasThrust<M>; })) throw EffectNotApplicable("the ship has no propeller");
+    if (!ship.modules->has([]<typename M>() { return HasThrust<M>; }))
+      throw EffectNotApplicable("the ship has no propeller");
   }
 
   void change(ModelParts<T>& parts) const {

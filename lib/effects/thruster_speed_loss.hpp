@@ -26,7 +26,7 @@ struct ThrusterSpeedLoss {
   T u_c;
 
   ThrusterSpeedLoss(const std::array<T, 1>& value, const Ship& ship) : u_c(value[0]) {
-    if (!ship.has([]<typename M>() { return HasSpeedLoss<M>; }))
+    if (!ship.modules->has([]<typename M>() { return HasSpeedLoss<M>; }))
       throw EffectNotApplicable("the ship has no side thruster");
   }
 

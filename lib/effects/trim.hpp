@@ -29,7 +29,7 @@ struct Trim {
   T tau;
 
   Trim(const std::array<T, 1>& value, const Ship& ship) : tau(value[0]) {
-    if (!ship.has([]<typename M>() { return HasLinearDerivatives<M>; }))
+    if (!ship.modules->has([]<typename M>() { return HasLinearDerivatives<M>; }))
       throw EffectNotApplicable("the ship's hull model has no linear derivatives");
   }
 

@@ -33,7 +33,7 @@ struct UnmeasuredWind {
 
   UnmeasuredWind(const std::array<T, 2>& value, const Ship& ship)
       : w(wind_from_vector<T>(value[0], value[1] * kDegree)) {
-    if (!ship.wind) throw EffectNotApplicable("the ship has no wind module");
+    if (!ship.modules->wind) throw EffectNotApplicable("the ship has no wind module");
   }
 
   Vec2<T> wind(const Situation<T>&) const { return w; }

@@ -29,7 +29,7 @@ struct VectwinInteraction {
   T k;
 
   VectwinInteraction(const std::array<T, 1>& value, const Ship& ship) : k(value[0]) {
-    if (!ship.rudder) throw EffectNotApplicable("the ship has no rudders");
+    if (!ship.modules->rudder) throw EffectNotApplicable("the ship has no rudders");
     if (!ship.has_twin_rudders()) throw EffectNotApplicable("the ship has a single rudder");
   }
 

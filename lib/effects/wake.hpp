@@ -26,7 +26,7 @@ struct Wake {
   T increase;
 
   Wake(const std::array<T, 1>& value, const Ship& ship) : increase(value[0]) {
-    if (!ship.has([]<typename M>() { return HasWake<M>; }))
+    if (!ship.modules->has([]<typename M>() { return HasWake<M>; }))
       throw EffectNotApplicable("the ship has no propeller in a wake");
   }
 

@@ -28,7 +28,7 @@ struct Windage {
   T kX, kY, kN;
 
   Windage(const std::array<T, 3>& value, const Ship& ship) : kX(value[0]), kY(value[1]), kN(value[2]) {
-    if (!ship.wind) throw EffectNotApplicable("the ship has no wind module");
+    if (!ship.modules->wind) throw EffectNotApplicable("the ship has no wind module");
   }
 
   void change(ModelParts<T>& parts) const {

@@ -66,7 +66,7 @@ void find_wind(const std::vector<Trajectory>& recordings, TrainingData& data) {
   const bool anywhere = std::any_of(recordings.begin(), recordings.end(), [](const auto& r) { return r.has_wind(); });
   if (!anywhere) {
     data.notices.emplace_back("the training data have no wind columns: the model will not know the wind");
-    if (data.base && data.base->ship().wind) data.notices.back() += ", and its base ship will be in calm air";
+    if (data.base && data.base->ship().has_wind()) data.notices.back() += ", and its base ship will be in calm air";
     return;
   }
   bool calm = true;

@@ -362,7 +362,7 @@ ShipEstimate estimate_ship(const HullParticulars& particulars, const std::vector
   ShipEstimate result = estimate_unconditioned(particulars, widths);
   const auto width = std::ranges::find_if(widths, [](const Width& w) { return w.name == kTacticalDiameter; });
   const std::optional<double> D_T = tactical_diameter(result.ship);
-  if (width == widths.end() || !D_T || result.ship.has_twin_rudders() || !result.ship.rudder) return result;
+  if (width == widths.end() || !D_T || result.ship.has_twin_rudders() || !result.ship.has_rudders()) return result;
   const CoefficientLaw law = coefficient_law(result.ship);
   const Eigen::MatrixXd covariance = conditioned(law, turning_gradient(result.ship, law, *D_T), width->sd);
   Json names = Json::array(), matrix = Json::array();

@@ -207,7 +207,7 @@ class Scaling {
   // Self-propulsion at the new size, in place of the old one's revolutions.
   Ship revolutions() {
     Ship ship = parse_ship(json_, from_.file);
-    if (!ship.propeller) return ship;
+    if (!ship.has_propeller()) return ship;
     for (Json& actuator : json_["actuators"]) {
       if (actuator["channel"] != "n_p") continue;
       const double n = self_propulsion_n(ship, ship.u0_mps), was = actuator["initial_rps"];

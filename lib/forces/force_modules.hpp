@@ -21,8 +21,7 @@ struct ForceModules {
   std::vector<ThrusterModules::Of<T>> thrusters;
   std::optional<WindModules::Of<T>> wind;
 
-  explicit ForceModules(const ShipCoefficients& ship) : hull(HullModules::make<T>(ship.hull, ship.particulars)) {
-    const Particulars& p = ship.particulars;
+  ForceModules(const ModuleCoefficients& ship, const Particulars& p) : hull(HullModules::make<T>(ship.hull, p)) {
     if (ship.propeller) propeller = PropellerModules::make<T>(*ship.propeller, p);
     if (ship.rudder) {
       const auto size_of = [](const auto& c) { return PropellerSize{c.D_P, c.pitch_ratio}; };

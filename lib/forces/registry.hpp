@@ -7,7 +7,6 @@
 #include "forces/azimuth_thruster.hpp"
 #include "forces/four_quadrant_propeller.hpp"
 #include "forces/fujiwara_wind.hpp"
-#include "forces/inertia.hpp"
 #include "forces/kang_propeller.hpp"
 #include "forces/module_list.hpp"
 #include "forces/side_thruster.hpp"
@@ -28,11 +27,9 @@ using RudderModules = ModuleList<VectwinRudders, SingleRudder, StandardRudder>;
 using ThrusterModules = ModuleList<SideThruster, AzimuthThruster>;
 using WindModules = ModuleList<FujiwaraWind>;
 
-/// The numbers of a ship's mass and force modules, as its JSON gives them. A ship has a propeller and a rudder, or
-/// thrusters that drive it.
-struct ShipCoefficients {
-  Particulars particulars;
-  InertiaCoefficients<double> inertia;
+/// The numbers of a ship's force modules, as its JSON gives them. A ship has a propeller and a rudder, or thrusters
+/// that drive it.
+struct ModuleCoefficients {
   HullModules::Coefficients hull;
   std::optional<PropellerModules::Coefficients> propeller;
   std::optional<RudderModules::Coefficients> rudder;

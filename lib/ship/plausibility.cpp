@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/units.hpp"
+#include "forces/registry.hpp"
 
 namespace leeway {
 namespace {
@@ -56,12 +57,12 @@ void look_at_hull(const Ship& ship, Remarks& remarks) {
     remarks.negative("/hull/N_v", hull.N_v, "since the flow turns a drifting hull further");
     remarks.negative("/hull/N_r", hull.N_r, "since the hull damps yaw");
   };
-  std::visit(signs, ship.hull);
+  std::visit(signs, ship.modules->hull);
 }
 
 void look_at_stern(const Ship& ship, Remarks& remarks) {
   const Particulars& p = ship.particulars;
-  if (ship.propeller)
+  if (ship.modules->propeller)
     std::visit(
         [&](const auto& c) {
           remarks.usual("/propeller/D_P_m by the draft", c.D_P / p.d, kDiameter);
@@ -71,14 +72,14 @@ void look_at_stern(const Ship& ship, Remarks& remarks) {
           if constexpr (requires { c.t_P; }) remarks.usual("/propeller/t_P", c.t_P, kDeduction);
           if constexpr (requires { c.w_P0; }) remarks.usual("/propeller/w_P0", c.w_P0, kWake);
         },
-        *ship.propeller);
-  if (ship.rudder)
+        *ship.modules->propeller);
+  if (ship.modules->rudder)
     std::visit(
         [&](const auto& c) {
           remarks.negative("/rudder/x_R_m", c.x_R, "since the rudder is behind midship");
           remarks.usual("/rudder/A_R_m2 by L_pp d", c.A_R / (p.L_pp * p.d), kRudderArea, "it is in m^2");
         },
-        *ship.rudder);
+        *ship.modules->rudder);
 }
 
 struct Listening {

@@ -10,6 +10,7 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "forces/registry.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"
 #include "ship/plausibility.hpp"
@@ -159,27 +160,29 @@ void read_coefficients(const JsonObject& json, Ship& ship) {
 std::vector<Channel> channels_of_modules(const Ship& ship) {
   std::vector<Channel> channels;
   const auto add = [&](const auto& c) { std::ranges::copy(c.channels(), std::back_inserter(channels)); };
-  if (ship.rudder) std::visit(add, *ship.rudder);
-  if (ship.propeller) std::visit(add, *ship.propeller);
-  for (const auto& thruster : ship.thrusters) std::visit(add, thruster);
+  if (ship.modules->rudder) std::visit(add, *ship.modules->rudder);
+  if (ship.modules->propeller) std::visit(add, *ship.modules->propeller);
+  for (const auto& thruster : ship.modules->thrusters) std::visit(add, thruster);
   return channels;
 }
 
 void read_modules(const JsonObject& json, Ship& ship) {
-  ship.hull = HullModules::read(json.object("hull"));
+  ship.modules->hull = HullModules::read(json.object("hull"));
   const std::vector<std::string> keys = json.keys();
   const auto is_there = [&](const char* key) { return std::ranges::find(keys, key) != keys.end(); };
   if (is_there("propeller") || is_there("rudder") || !is_there("thrusters")) {
-    ship.propeller = PropellerModules::read(json.object("propeller"));
-    ship.rudder = RudderModules::read(json.object("rudder"));
+    ship.modules->propeller = PropellerModules::read(json.object("propeller"));
+    ship.modules->rudder = RudderModules::read(json.object("rudder"));
   }
-  if (ship.has_twin_rudders() && std::visit([](const auto& c) { return c.pitch_ratio; }, *ship.propeller) == 0.0)
+  if (ship.has_twin_rudders() &&
+      std::visit([](const auto& c) { return c.pitch_ratio; }, *ship.modules->propeller) == 0.0)
     json.object("propeller").fail("pitch_ratio", "missing, and the VecTwin rudders need it");
   if (json.has("thrusters"))
     for (const JsonObject& thruster : json.objects("thrusters"))
-      ship.thrusters.push_back(ThrusterModules::read(thruster));
-  if (!ship.has([]<typename M>() { return HasThrust<M>; })) json.object("propeller");  // says that it is missing
-  if (const auto wind = json.object_if("wind")) ship.wind = WindModules::read(*wind);
+      ship.modules->thrusters.push_back(ThrusterModules::read(thruster));
+  if (!ship.modules->has([]<typename M>() { return HasThrust<M>; }))
+    json.object("propeller");  // says that it is missing
+  if (const auto wind = json.object_if("wind")) ship.modules->wind = WindModules::read(*wind);
 
   for (const char* part : {"particulars", "inertia", "hull", "propeller", "rudder"})
     if (const auto object = json.object_if(part)) ship.sources.push_back(source_of(part, *object));
@@ -229,7 +232,7 @@ Ship read_whole(const JsonObject& json) {
         network->fail("inputs", fmt::format("the ship has no actuator '{}'", info(channel).name));
   }
   const auto* propeller =
-      ship.propeller ? std::get_if<StandardPropellerCoefficients<double>>(&*ship.propeller) : nullptr;
+      ship.modules->propeller ? std::get_if<StandardPropellerCoefficients<double>>(&*ship.modules->propeller) : nullptr;
   if (propeller != nullptr && !propeller->is_reversible && ship.find_actuator(Channel::n_p)->min < 0.0)
     json.fail("propeller", "turns astern by its actuator's limits, but has no object 'reversed'");
   ship.u0_mps = json.number("u0_mps");
@@ -241,6 +244,25 @@ Ship read_whole(const JsonObject& json) {
 }
 
 }  // namespace
+
+OwnModules::OwnModules() : modules_(std::make_unique<ModuleCoefficients>()) {}
+OwnModules::~OwnModules() = default;
+OwnModules::OwnModules(const OwnModules& other) : modules_(std::make_unique<ModuleCoefficients>(*other)) {}
+OwnModules::OwnModules(OwnModules&& other) noexcept = default;
+OwnModules& OwnModules::operator=(OwnModules other) noexcept {
+  modules_ = std::move(other.modules_);
+  return *this;
+}
+
+bool Ship::has_propeller() const { return modules->propeller.has_value(); }
+
+bool Ship::has_rudders() const { return modules->rudder.has_value(); }
+
+bool Ship::has_wind() const { return modules->wind.has_value(); }
+
+bool Ship::has_twin_rudders() const {
+  return modules->has([]<typename M>() { return HasTwinRudders<M>; });
+}
 
 const Actuator* Ship::find_actuator(Channel channel) const {
   const auto found =

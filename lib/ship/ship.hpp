@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "forces/actuators.hpp"
-#include "forces/registry.hpp"
+#include "forces/inertia.hpp"
+#include "forces/particulars.hpp"
 #include "io/json.hpp"
 #include "ship/residual_network.hpp"
 
@@ -38,8 +39,32 @@ struct PartSource {
   std::string part, type, source;
 };
 
+struct ModuleCoefficients;
+
+/// The coefficients of a ship's force modules, copied with it. forces/registry.hpp, which needs all modules, has what
+/// they are; few sources look at them.
+class OwnModules {
+ public:
+  OwnModules();
+  ~OwnModules();
+  OwnModules(const OwnModules& other);
+  OwnModules(OwnModules&& other) noexcept;
+  OwnModules& operator=(OwnModules other) noexcept;
+
+  ModuleCoefficients& operator*() { return *modules_; }
+  const ModuleCoefficients& operator*() const { return *modules_; }
+  ModuleCoefficients* operator->() { return modules_.get(); }
+  const ModuleCoefficients* operator->() const { return modules_.get(); }
+
+ private:
+  std::unique_ptr<ModuleCoefficients> modules_;
+};
+
 /// A ship as its JSON describes it: complete and checked. SI and radians.
-struct Ship : ShipCoefficients {
+struct Ship {
+  Particulars particulars;
+  InertiaCoefficients<double> inertia;
+  OwnModules modules;
   std::string name, description, file;
   double scale = 1.0;               ///< length of the full-scale ship by this one's
   std::vector<Actuator> actuators;  ///< every channel that a module reads, each once
@@ -79,9 +104,10 @@ struct Ship : ShipCoefficients {
   std::vector<Actuator> propulsion() const;
   /// The same revolutions for all of them [1/s].
   void order_propulsion(double n, Actuators<double>& command) const;
-  bool has_twin_rudders() const {
-    return has([]<typename M>() { return HasTwinRudders<M>; });
-  }
+  bool has_propeller() const;
+  bool has_rudders() const;
+  bool has_twin_rudders() const;
+  bool has_wind() const;  ///< forces of the wind
   /// C_b as the mass implies it: m' L/(2 B).
   double block_coefficient() const { return inertia.m * particulars.L_pp / (2.0 * particulars.B); }
 };

@@ -7,6 +7,7 @@
 #include "core/units.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/model_parts.hpp"
+#include "forces/registry.hpp"
 #include "io/files.hpp"
 
 using namespace leeway;
@@ -40,7 +41,8 @@ OperatingPoint point_of(const Ship& ship, const State& s) {
 
 Vec3<double> force(const Ship& ship, const State& s) {
   const OperatingPoint point = point_of(ship, s);
-  return ForceModules<double>(ship).force(point.nu, point.actuators, {0.3 * ship.u0_mps, -0.6 * ship.u0_mps});
+  return ForceModules<double>(*ship.modules, ship.particulars)
+      .force(point.nu, point.actuators, {0.3 * ship.u0_mps, -0.6 * ship.u0_mps});
 }
 
 // (X, Y, N/L) by 0.5 rho L d u0^2.
@@ -102,7 +104,7 @@ TEST_CASE("branches: every ship has finite forces and accelerations in any motio
 TEST_CASE("branches: twice the speeds and revolutions give four times the force", "[dynamics]") {
   for (const std::string& name : io::config_names("ships")) {
     Ship ship = read_ship(name);
-    ship.thrusters.clear();  // their force depends on the Froude number
+    ship.modules->thrusters.clear();  // their force depends on the Froude number
     const ForceModules<double> modules(ship);
     for (const State& state :
          {State{0.9, 0.1, 0.3, 1.0, 20.0}, State{0.4, -0.5, -0.6, 0.7, -35.0}, State{-0.5, 0.2, 0.2, 1.1, 105.0},

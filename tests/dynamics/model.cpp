@@ -8,6 +8,7 @@
 #include "core/units.hpp"
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/model_parts.hpp"
+#include "forces/registry.hpp"
 #include "io/csv.hpp"
 
 using namespace leeway;
@@ -161,7 +162,7 @@ TEST_CASE("model: the equations of motion hold for the accelerations that it ret
 
 TEST_CASE("model: mirrored states of the hull, the wind and the thruster mirror the accelerations", "[dynamics]") {
   Ship ship = read_ship("esso-osaka-3m");
-  auto& rudder = std::get<SingleRudderCoefficients<double>>(*ship.rudder);
+  auto& rudder = std::get<SingleRudderCoefficients<double>>(*ship.modules->rudder);
   rudder.gamma_R_positive = rudder.gamma_R_negative;
   const Model<double> model(ship);
   Point point = esso_point(0.3, 0.05, -0.04, 17.0, 9.0);

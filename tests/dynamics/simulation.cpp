@@ -5,6 +5,7 @@
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "dynamics/maneuvers.hpp"
+#include "forces/registry.hpp"
 
 using namespace leeway;
 using Catch::Matchers::WithinAbs;
@@ -81,7 +82,7 @@ TEST_CASE("simulation: turning the start and the wind turns the track and nothin
 
 TEST_CASE("simulation: a straight run settles where thrust balances resistance", "[dynamics]") {
   Ship ship = read_ship("esso-osaka-3m");
-  ship.wind.reset();  // so that no air resistance enters
+  ship.modules->wind.reset();  // so that no air resistance enters
   SimulatedShip simulated(ship);
   // Held straight by symmetry: no sway, no yaw.
   for (int i = 0; i < 15000; ++i) simulated.step(simulated.actuators, {0.0, 0.0}, 0.1);

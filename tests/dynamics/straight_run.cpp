@@ -4,6 +4,7 @@
 
 #include "core/errors.hpp"
 #include "dynamics/simulation.hpp"
+#include "forces/registry.hpp"
 #include "io/files.hpp"
 
 using namespace leeway;
@@ -30,7 +31,7 @@ TEST_CASE("straight run: KVLCC2 starts at self-propulsion, by its equations", "[
     const double n = self_propulsion_n(ship, ship.u0_mps);
     CHECK_THAT(n, WithinAbs(ship.initial_actuators()[Channel::n_p], 5e-7));  // of the digits in the file
     // (1 - t_P) rho n^2 D^4 K_T = 0.5 rho L d U^2 R_0 by hand.
-    const auto& c = std::get<StandardPropellerCoefficients<double>>(*ship.propeller);
+    const auto& c = std::get<StandardPropellerCoefficients<double>>(*ship.modules->propeller);
     const double u = ship.u0_mps, D = c.D_P, J = u * (1.0 - c.w_P0) / (n * D);
     const double K_T = 0.2931 - 0.2753 * J - 0.1385 * J * J;
     CHECK_THAT(0.78 * n * n * D * D * D * D * K_T,

@@ -4,6 +4,7 @@
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/model_parts.hpp"
 #include "effects/effect_runs.hpp"
+#include "forces/registry.hpp"
 
 using namespace leeway;
 using namespace leeway::test;
@@ -94,7 +95,7 @@ TEST_CASE("shallow water: check values at h/T = 1.5, and deep water as the limit
 
 TEST_CASE("shallow water: the ship turns wider, drifts less and keeps more speed", "[effects]") {
   Ship ship = read_ship("esso-osaka-3m");
-  ship.wind.reset();
+  ship.modules->wind.reset();
   const auto steady = [](const Ship& s) {
     const auto maneuver = turning(s, 35.0 * kDegree);
     const Trajectory t = simulate(SimulatedShip(s), *maneuver, WindProcess(), {0.1, 1.0, 200.0});

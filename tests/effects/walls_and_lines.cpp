@@ -3,6 +3,7 @@
 
 #include "dynamics/model_parts.hpp"
 #include "effects/effect_runs.hpp"
+#include "forces/registry.hpp"
 
 using namespace leeway;
 using namespace leeway::test;
@@ -150,7 +151,7 @@ TEST_CASE("fender: damping adds on the way in, takes on the way out and never pu
 
 TEST_CASE("fender: a ship that drifts on a quay is stopped within what its energy can press in", "[effects]") {
   Ship ship = read_ship("esso-osaka-3m");
-  ship.wind.reset();
+  ship.modules->wind.reset();
   const double k = 400.0, v = 0.05, B = ship.particulars.B;
   SimulatedShip simulated(with(ship, "fender",
                                {{"wall_distance_m", B / 2.0 + 0.02},

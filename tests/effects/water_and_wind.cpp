@@ -3,6 +3,7 @@
 #include "core/wind.hpp"
 #include "dynamics/model_parts.hpp"
 #include "effects/effect_runs.hpp"
+#include "forces/registry.hpp"
 
 using namespace leeway;
 using namespace leeway::test;
@@ -35,7 +36,7 @@ TEST_CASE("steady current: the track is that in still water, carried along, to 1
   // In calm air: wind would blow on a drifting ship.
   for (const char* name : {"esso-osaka-3m", "kvlcc2-l7"}) {
     Ship ship = read_ship(name);
-    ship.wind.reset();
+    ship.modules->wind.reset();
     const double V = 0.11, set = 217.0 * kDegree;
     const Trajectory still = run(ship, 300.0);
     const Trajectory carried =
@@ -54,7 +55,7 @@ TEST_CASE("steady current: the track is that in still water, carried along, to 1
 
 TEST_CASE("moving water: the equations over ground with added mass in u_c, v_c and dV/dt hold", "[effects]") {
   Ship ship = read_ship("esso-osaka-3m");
-  ship.wind.reset();
+  ship.modules->wind.reset();
   const Model<double> model(with(ship, "varying-current", {{"current_sd_mps", 0.2}, {"tau_s", 8.0}, {"seed", 4.0}}));
   const double t = 31.0, h = 1e-4;
   const Vec3<double> eta(3.0, -5.0, 0.9), nu(0.45, -0.08, 0.05);
@@ -244,7 +245,7 @@ TEST_CASE("sheared current: a ship that turns with water that turns as a solid b
 
 TEST_CASE("sheared current: the equations over ground with dV/dt along the ship's path hold", "[effects]") {
   Ship ship = read_ship("esso-osaka-3m");
-  ship.wind.reset();
+  ship.modules->wind.reset();
   const Model<double> model(sheared(ship, kVxByX, kVxByY, kVyByX, kVyByY, 0.15, 30.0));
   const double h = 1e-4;
   const Vec3<double> eta(3.0, -5.0, 0.9), nu(0.45, -0.08, 0.05);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "dynamics/coefficient_law.hpp"
+#include "forces/registry.hpp"
 #include "io/files.hpp"
 
 using namespace leeway;
@@ -21,10 +22,10 @@ ScaledShip scaled(const std::string& name, double length_m) {
 }
 
 const StandardPropellerCoefficients<double>& propeller(const Ship& ship) {
-  return std::get<StandardPropellerCoefficients<double>>(ship.propeller.value());
+  return std::get<StandardPropellerCoefficients<double>>(ship.modules->propeller.value());
 }
 const StandardHullCoefficients<double>& hull(const Ship& ship) {
-  return std::get<StandardHullCoefficients<double>>(ship.hull);
+  return std::get<StandardHullCoefficients<double>>(ship.modules->hull);
 }
 
 }  // namespace
@@ -39,7 +40,7 @@ TEST_CASE("scale: kvlcc2-l7 to 320 m beside kvlcc2-full", "[estimate][scale]") {
   CHECK_THAT(ship.particulars.d, WithinRel(full.particulars.d, 0.015));
   CHECK_THAT(ship.u0_mps, WithinRel(full.u0_mps, 1e-3));
   CHECK_THAT(propeller(ship).D_P, WithinRel(full.particulars.L_pp * 0.216 / 7.0, 1e-9));
-  const auto& rudder = std::get<StandardRudderCoefficients<double>>(ship.rudder.value());
+  const auto& rudder = std::get<StandardRudderCoefficients<double>>(ship.modules->rudder.value());
   CHECK_THAT(rudder.A_R, WithinRel(112.5, 0.01));
   CHECK_THAT(ship.find_actuator(Channel::delta)->rate, WithinRel(full.find_actuator(Channel::delta)->rate, 0.01));
   // The published wake of the ship is 0.35, that of the model 0.40.

@@ -10,6 +10,7 @@
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/straight_run.hpp"
+#include "forces/registry.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"
 #include "io/trajectory_csv.hpp"
@@ -49,7 +50,7 @@ Vec3<double> acceleration(const Vec3<double>& nu, const Actuators<double>& a) {
 // The ship after orders that stand, without air.
 ShipState<double> after(double duration_s, const Vec3<double>& nu, const Actuators<double>& a) {
   Ship ship = ferry();
-  ship.wind.reset();
+  ship.modules->wind.reset();
   SimulatedShip run(ship, 0.0);
   run.state.nu = nu;
   run.actuators = a;
@@ -85,7 +86,7 @@ TEST_CASE("azimuth thrusters: bollard pull by hand, in the direction of the thru
 TEST_CASE("azimuth thrusters: on a straight run their thrust less its deduction is the resistance",
           "[forces][azimuth]") {
   Ship ship = ferry();
-  ship.wind.reset();
+  ship.modules->wind.reset();
   const double u = 5.0, n = self_propulsion_n(ship, u), J = 0.92 * u / (n * 1.3);
   const double K_T = 0.4266 - 0.2548 * J - 0.1348 * J * J;
   CHECK_THAT(2.0 * 0.88 * 1025.0 * std::pow(1.3, 4) * n * n * K_T,
@@ -194,7 +195,7 @@ TEST_CASE("azimuth thrusters: a turning order steers each end to its side", "[dy
 TEST_CASE("azimuth thrusters: derivatives are those of differences", "[forces][azimuth]") {
   using Jet = ceres::Jet<double, 5>;
   const Ship ship = ferry();
-  const auto& c = std::get<AzimuthThrusterCoefficients<double>>(ship.thrusters[0]);
+  const auto& c = std::get<AzimuthThrusterCoefficients<double>>(ship.modules->thrusters[0]);
   const AzimuthThruster<double> module(c, ship.particulars);
   const AzimuthThruster<Jet> jets(c, ship.particulars);
   const auto at = [&](const std::array<double, 5>& p) {

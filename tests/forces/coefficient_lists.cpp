@@ -17,7 +17,7 @@ TEST_CASE("coefficients: each that a module lists has a name, an uncertainty and
   const std::string documented{std::istreambuf_iterator<char>(stream), {}};
   for (const char* name : {"vectwin-3m", "esso-osaka-3m", "kvlcc2-l7", "kvlcc2-full", "vectwin-150m", "ferry-40m"}) {
     const Ship ship = read_ship(name);
-    ForceModules<double> modules(ship);
+    ForceModules<double> modules(*ship.modules, ship.particulars);
     Inertia<double> inertia(ship.inertia, ship.particulars);
     std::set<std::string> names, references;
     const auto check = [&](auto& module) {

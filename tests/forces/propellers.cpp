@@ -2,6 +2,7 @@
 
 #include "forces/four_quadrant_propeller.hpp"
 #include "forces/kang_propeller.hpp"
+#include "forces/registry.hpp"
 #include "ship/ship.hpp"
 
 using namespace leeway;
@@ -12,14 +13,14 @@ namespace {
 
 KangPropeller<double> kang(double v_P_sign = -1.0) {
   const Ship ship = read_ship("vectwin-3m");
-  auto c = std::get<KangPropellerCoefficients<double>>(*ship.propeller);
+  auto c = std::get<KangPropellerCoefficients<double>>(*ship.modules->propeller);
   c.v_P_sign = v_P_sign;
   return {c, ship.particulars};
 }
 
 FourQuadrantPropeller<double> four_quadrant() {
   const Ship ship = read_ship("esso-osaka-3m");
-  return {std::get<FourQuadrantPropellerCoefficients<double>>(*ship.propeller), ship.particulars};
+  return {std::get<FourQuadrantPropellerCoefficients<double>>(*ship.modules->propeller), ship.particulars};
 }
 
 }  // namespace

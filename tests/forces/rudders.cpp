@@ -48,7 +48,7 @@ TEST_CASE("rudders: positive angles turn the bow to starboard and slow the ship"
 
 TEST_CASE("single rudder: mirrored motion and rudder give the mirrored force", "[forces][rudder]") {
   Ship ship = read_ship("esso-osaka-3m");
-  auto& c = std::get<SingleRudderCoefficients<double>>(*ship.rudder);
+  auto& c = std::get<SingleRudderCoefficients<double>>(*ship.modules->rudder);
   c.gamma_R_positive = c.gamma_R_negative;  // the difference of the sides is in the ship, not in the model
   const ForceModules<double> modules(ship);
   for (const double u : {-0.2, 0.0, 0.35})

@@ -3,6 +3,7 @@
 #include "core/units.hpp"
 #include "core/wind.hpp"
 #include "forces/fujiwara_wind.hpp"
+#include "forces/registry.hpp"
 #include "forces/side_thruster.hpp"
 #include "ship/ship.hpp"
 
@@ -12,7 +13,7 @@ using Catch::Matchers::WithinRel;
 
 TEST_CASE("bow thruster: check values at rest and at speed", "[forces][thruster]") {
   const Ship ship = read_ship("vectwin-3m");
-  const SideThruster<double> thruster(std::get<SideThrusterCoefficients<double>>(ship.thrusters.at(0)),
+  const SideThruster<double> thruster(std::get<SideThrusterCoefficients<double>>(ship.modules->thrusters.at(0)),
                                       ship.particulars);
   const auto force = [&](double u, double n) {
     Actuators<double> a;
@@ -38,7 +39,7 @@ TEST_CASE("side thrusters: the Esso Osaka model's lose force linearly with speed
           "[forces][thruster]") {
   const Ship ship = read_ship("esso-osaka-3m");
   const double Fr_of_1 = 1.0 / std::sqrt(kGravity_mps2 * 3.0), D4 = std::pow(0.05, 4);
-  for (const auto& coefficients : ship.thrusters) {
+  for (const auto& coefficients : ship.modules->thrusters) {
     const auto& c = std::get<SideThrusterCoefficients<double>>(coefficients);
     const SideThruster<double> thruster(c, ship.particulars);
     const bool is_bow = c.channel == Channel::n_bt;
@@ -60,7 +61,7 @@ TEST_CASE("side thrusters: the Esso Osaka model's lose force linearly with speed
 
 TEST_CASE("wind: Fujiwara's regression gives the stored coefficients of the Esso Osaka model", "[forces][wind]") {
   const Ship ship = read_ship("esso-osaka-3m");
-  const FujiwaraWind<double> wind(std::get<FujiwaraWindGeometry>(*ship.wind), ship.particulars);
+  const FujiwaraWind<double> wind(std::get<FujiwaraWindGeometry>(*ship.modules->wind), ship.particulars);
   // The constants that public research code holds for this model, to all their digits.
   CHECK_THAT(wind.X0, WithinAbs(-0.010466204999, 1e-12));
   CHECK_THAT(wind.X1, WithinAbs(-0.821991956432, 1e-12));
@@ -82,7 +83,7 @@ TEST_CASE("wind: Fujiwara's regression gives the stored coefficients of the Esso
 
 TEST_CASE("wind: it pushes with the wind, in mirror symmetry, and not in calm", "[forces][wind]") {
   const Ship ship = read_ship("vectwin-3m");
-  const FujiwaraWind<double> wind(std::get<FujiwaraWindGeometry>(*ship.wind), ship.particulars);
+  const FujiwaraWind<double> wind(std::get<FujiwaraWindGeometry>(*ship.modules->wind), ship.particulars);
   CHECK(wind.force({0.0, 0.0}).isZero(0.0));
   CHECK(wind.force({2.0, 0.0})(0) < 0.0);
   CHECK(wind.force({-2.0, 0.0})(0) > 0.0);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "dynamics/model_parts.hpp"
+#include "forces/registry.hpp"
 #include "ship/ship.hpp"
 
 using namespace leeway;
@@ -13,7 +14,7 @@ namespace {
 
 UnifiedHull<double> hull_of(const char* name) {
   const Ship ship = read_ship(name);
-  return {std::get<UnifiedHullCoefficients<double>>(ship.hull), ship.particulars};
+  return {std::get<UnifiedHullCoefficients<double>>(ship.modules->hull), ship.particulars};
 }
 
 // Midpoint rule with so many strips that its error is below 1e-9 of the integrals.

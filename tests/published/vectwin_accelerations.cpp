@@ -6,6 +6,7 @@
 
 #include "core/units.hpp"
 #include "dynamics/model.hpp"
+#include "forces/registry.hpp"
 #include "io/csv.hpp"
 
 using namespace leeway;
@@ -17,7 +18,7 @@ TEST_CASE("vectwin-3m: accelerations agree with an independent code", "[publishe
     return;
   }
   Ship ship = read_ship("vectwin-3m");
-  std::get<FujiwaraWindGeometry>(*ship.wind).rho_air = 1.220;  // of the reference
+  std::get<FujiwaraWindGeometry>(*ship.modules->wind).rho_air = 1.220;  // of the reference
   const Model<double> model(ship);
   io::CsvReader csv(path);
   std::vector<std::string_view> fields;

@@ -5,6 +5,7 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "forces/registry.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"
 #include "temporary_folder.hpp"
@@ -110,8 +111,8 @@ TEST_CASE("ship: every part of every shipped ship says where its numbers come fr
     CHECK_FALSE(ship.description.empty());
     const Actuator* bow_thruster = ship.find_actuator(Channel::n_bt);
     const bool has_current = bow_thruster != nullptr && bow_thruster->n_at_pitch_current_1 > 0.0;
-    CHECK(ship.sources.size() ==
-          4 + (ship.propeller ? 2 : 0) + ship.thrusters.size() + (ship.wind ? 1 : 0) + (has_current ? 1 : 0));
+    CHECK(ship.sources.size() == 4 + (ship.modules->propeller ? 2 : 0) + ship.modules->thrusters.size() +
+                                     (ship.modules->wind ? 1 : 0) + (has_current ? 1 : 0));
     for (const PartSource& s : ship.sources) CHECK_FALSE(s.source.empty());
   }
 }

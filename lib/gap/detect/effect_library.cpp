@@ -234,7 +234,7 @@ void EffectLibrary::add_derived() {
       };
     });
   });
-  if (campaign_.ship.wind)
+  if (campaign_.ship.has_wind())
     add(wind_velocity, [&](double speed) {
       return to_north_and_east([&](const Vec2<double>& along) -> Derived {
         return [along, speed](const LinearStretch& stretch, std::size_t k) -> Vec6 {

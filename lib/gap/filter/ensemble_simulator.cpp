@@ -9,6 +9,7 @@
 
 #include "core/errors.hpp"
 #include "core/wind.hpp"
+#include "forces/registry.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
@@ -53,9 +54,9 @@ EnsembleSimulator::EnsembleSimulator(ensemble::Ensemble ensemble, std::string na
   for (const Channel channel : header.inputs.sampled_actuators()) add(channel, false);
   for (const auto& [channel, value] : header.inputs.constants) add(channel, true);  // no input, but it may be reported
   if (!header.inputs.wind)
-    ship_.wind.reset();
-  else if (!ship_.wind)
-    ship_.wind.emplace();
+    ship_.modules->wind.reset();
+  else if (!ship_.modules->wind)
+    ship_.modules->wind.emplace();
 }
 
 void EnsembleSimulator::check(const Trajectory& recording) const {

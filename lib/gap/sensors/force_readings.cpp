@@ -44,7 +44,7 @@ bool concerns_forces(const ReadingEntry& entry, const Ship& ship, const std::vec
   const bool has_true = any_has(recordings, Channel::wind_speed) && any_has(recordings, Channel::wind_dir);
   const bool has_apparent = any_has(recordings, Channel::app_wind_speed) && any_has(recordings, Channel::app_wind_dir);
   if (is_of_wind(entry.of)) {
-    if (!ship.wind || decided.wind || !any_has(recordings, Channel::psi)) return false;
+    if (!ship.has_wind() || decided.wind || !any_has(recordings, Channel::psi)) return false;
     if (entry.swaps_winds) return has_true != has_apparent;
     return entry.of == Channel::wind_speed || entry.of == Channel::wind_dir ? has_true : has_apparent && !has_true;
   }
@@ -162,12 +162,12 @@ void contradicted_by_forces(const Ship& ship, std::vector<Trajectory> recordings
   std::erase_if(recordings, [&](const Trajectory& t) {
     const auto lacks = [&](const Actuator& a) { return !a.is_optional && !t.has(a.channel); };
     const bool is_short = std::any_of(ship.actuators.begin(), ship.actuators.end(), lacks) ||
-                          (t.has_wind() && ship.wind && !t.has(Channel::psi));
+                          (t.has_wind() && ship.has_wind() && !t.has(Channel::psi));
     if (is_short) result.unchecked.push_back(t.name + ": lacks an actuator or the heading that the forces need");
     return is_short;
   });
   const bool has_wind =
-      ship.wind && std::any_of(recordings.begin(), recordings.end(), [](const auto& t) { return t.has_wind(); });
+      ship.has_wind() && std::any_of(recordings.begin(), recordings.end(), [](const auto& t) { return t.has_wind(); });
   ForceReadings search(ship, std::move(recordings), decided, result);
   if (search.blocks() < kPolicy.sensors.fewest_blocks) {
     result.unchecked.emplace_back("actuators and wind: too little to compare with the ship's model");
