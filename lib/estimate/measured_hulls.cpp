@@ -81,8 +81,7 @@ std::vector<MeasuredHull> measured_hulls() {
   return hulls;
 }
 
-// What the methods differ by, or the modules' defaults where there is one method; of the further terms of the hull what
-// published hulls differ by.
+// Judgment (ours): what the methods differ by, or about the modules' defaults where there is one method.
 const std::vector<ErrorKind>& error_kinds() {
   static const std::vector<ErrorKind> kinds{{"inertia.m_x", false, 0.40},
                                             {"inertia.m_y", false, 0.15},
@@ -97,15 +96,15 @@ const std::vector<ErrorKind>& error_kinds() {
                                             {"hull.X_rr", true, 0.015},
                                             {"hull.X_vvvv", true, 0.40},
                                             {"hull.Y_vvv", false, 0.25},
-                                            {"hull.Y_vvr", true, 0.60},
+                                            {"hull.Y_vvr", true, 0.50},
                                             {"hull.Y_vrr", false, 0.20},
                                             {"hull.Y_rrr", true, 0.05},
-                                            {"hull.N_vvv", true, 0.15},
-                                            {"hull.N_vvr", false, 0.40},
-                                            {"hull.N_vrr", true, 0.08},
+                                            {"hull.N_vvv", true, 0.12},
+                                            {"hull.N_vvr", false, 0.30},
+                                            {"hull.N_vrr", true, 0.06},
                                             {"hull.N_rrr", false, 0.30},
                                             {"propeller.K_T", false, 0.06},
-                                            {"propeller.1-w_P", false, 0.12},
+                                            {"propeller.1-w_P", false, 0.10},
                                             {"propeller.1-t_P", false, 0.05},
                                             {"propeller.C_1", false, 0.30},
                                             {"propeller.C_2_negative", false, 0.15},
@@ -116,9 +115,9 @@ const std::vector<ErrorKind>& error_kinds() {
                                             {"rudder.x_H", false, 0.10},
                                             {"rudder.l_R", false, 0.20},
                                             {"rudder.epsilon", false, 0.12},
-                                            {"rudder.kappa", false, 0.20},
-                                            {"rudder.gamma_R_negative", false, 0.25},
-                                            {"rudder.gamma_R_positive", false, 0.25},
+                                            {"rudder.kappa", false, 0.15},
+                                            {"rudder.gamma_R_negative", false, 0.20},
+                                            {"rudder.gamma_R_positive", false, 0.20},
                                             {kTacticalDiameter, false, 0.12}};
   return kinds;
 }

@@ -49,7 +49,7 @@ struct Width {
 /// Of each kind from the prior, which counts as kPriorHulls hulls, and the hulls' errors.
 ///   without  names of hulls that are left out
 std::vector<Width> fit_widths(const std::vector<MeasuredHull>& hulls, const std::vector<std::string>& without = {});
-inline constexpr double kPriorHulls = 4.0;
+inline constexpr double kPriorHulls = 8.0;
 
 /// How well an estimate is known: the width of its kind, and at least what its methods differ by.
 double uncertainty_of(const CoefficientEstimate& estimate, const ErrorKind& kind, const std::vector<Width>& widths);

@@ -39,8 +39,8 @@ TEST_CASE("estimate: widths shrink where hulls agree, and a hull that is left ou
   const std::vector<Width> all = fit_widths(hulls), without = fit_widths(hulls, {"kvlcc2"});
   CHECK(width(all, "hull.Y_v").hulls == width(without, "hull.Y_v").hulls + 1);
   CHECK(width(all, "hull.N_r").sd < 0.5);
-  // Of nothing but the prior: Student's t of four degrees of freedom, 2.776, for the normal law's 1.96.
-  CHECK_THAT(width(fit_widths({}), "hull.Y_v").sd, WithinRel(0.15 * 2.7764451 / 1.959963985, 1e-6));
+  // Of nothing but the prior: Student's t of eight degrees of freedom, 2.306, for the normal law's 1.96.
+  CHECK_THAT(width(fit_widths({}), "hull.Y_v").sd, WithinRel(0.15 * 2.3060041 / 1.959963985, 1e-6));
 }
 
 TEST_CASE("estimate: shipped particulars make ships that run, turn and state every coefficient", "[estimate][ship]") {
