@@ -51,6 +51,11 @@ int main(int argc, char** argv) try {
   cli::DrawOptions draw_options;
   commands.push_back(cli::add_draws_command(app, opt, draw_options));
 
+  cli::RecordingIndexOptions index_options;
+  commands.push_back(cli::add_import_command(app, opt));
+  commands.push_back(cli::add_columns_command(app, opt));
+  commands.push_back(cli::add_indices_command(app, opt, index_options));
+
   std::string effect;
   bool page = false;
   CLI::App* effects = app.add_subcommand("effects", "list the physics that can be added to a ship");

@@ -48,6 +48,15 @@ struct DrawOptions {
 };
 Command add_draws_command(CLI::App& app, SimOptions& opt, DrawOptions& draws);
 
+/// import, columns, indices: foreign recordings in leeway's form, a map for them, what is read off them.
+struct RecordingIndexOptions {
+  std::optional<double> length_m;
+  bool json = false;
+};
+Command add_import_command(CLI::App& app, SimOptions& opt);
+Command add_columns_command(CLI::App& app, SimOptions& opt);
+Command add_indices_command(CLI::App& app, SimOptions& opt, RecordingIndexOptions& indices);
+
 /// --output.
 void add_output(CLI::App& sub, SimOptions& opt, const std::string& what);
 
