@@ -15,6 +15,7 @@ using Columns = std::vector<std::vector<double>>;
 constexpr double kLinear = 3e-3;  // rms off a line, by what it spans
 constexpr double kFollows = 0.7;  // direction of the track and heading
 constexpr double kFits = 0.3, kRateFits = 0.3;
+constexpr double kRateWeight = 3.0;   // of the misfit of a rate beside that of a direction, which holds the drift
 constexpr double kSignificant = 4.0;  // standard deviations
 constexpr double kSteady = 0.3;       // scatter of revolutions by their mean
 
@@ -95,7 +96,7 @@ class Search {
   // The heading is what both the track's direction and a yaw rate follow.
   void find_pose() {
     const std::size_t n = columns_.size();
-    double best = kFollows;
+    double best = kFollows + kRateWeight * kRateFits;
     std::size_t x0 = n, y0 = n, psi = n;
     for (std::size_t p = 0; p < n; ++p) {
       if (!moves_[p]) continue;
@@ -106,8 +107,10 @@ class Search {
       for (std::size_t a = 0; a < n; ++a)
         for (std::size_t b = 0; b < n; ++b) {
           if (a == b || a == p || b == p || !moves_[a] || !moves_[b]) continue;
-          const double misfit = fit_direction(windows_, columns_[a], columns_[b], columns_[p], "").misfit;
-          if (misfit >= best) continue;
+          // A velocity to the east follows the direction as well, but no rate is its derivative to a few percent.
+          const double direction = fit_direction(windows_, columns_[a], columns_[b], columns_[p], "").misfit;
+          const double misfit = direction + kRateWeight * rate;
+          if (direction >= kFollows || misfit >= best) continue;
           best = misfit;
           x0 = a;
           y0 = b;

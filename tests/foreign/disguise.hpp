@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -47,7 +48,8 @@ inline std::string foreign_text(const Trajectory& t, const std::vector<ForeignCo
     for (std::size_t c = 0; c < columns.size(); ++c) {
       if (c > 0) row += delimiter;
       std::string field = columns[c].second(t, i);
-      if (decimal_comma) std::replace(field.begin(), field.end(), '.', ',');
+      const bool is_number = field.find(':') == std::string::npos && std::count(field.begin(), field.end(), '.') < 2;
+      if (decimal_comma && is_number) std::replace(field.begin(), field.end(), '.', ',');
       row += field;
     }
     text += row + '\n';

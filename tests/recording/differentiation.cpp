@@ -11,7 +11,7 @@ using namespace leeway;
 TEST_CASE("derivative: a cubic is differentiated exactly, at any spacing and at the ends", "[recording]") {
   std::vector<double> t, y;
   for (int i = 0; i < 30; ++i) {
-    t.push_back(0.7 * i + 0.2 * std::sin(3.0 * i));
+    t.push_back(0.7 * i + 0.08 * std::sin(3.0 * i));
     y.push_back(2.0 - 0.3 * t.back() + 0.05 * std::pow(t.back(), 2) - 0.001 * std::pow(t.back(), 3));
   }
   for (const double window_s : {0.0, 5.0}) {
