@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <span>
 #include <sys/resource.h>
+#include <unistd.h>
 #include <vector>
 
 #include <fmt/format.h>
@@ -21,6 +23,7 @@
 #include "dynamics/observation_noise.hpp"
 #include "ensemble/prediction_run.hpp"
 #include "gap/gap_locate.hpp"
+#include "io/trajectory_csv.hpp"
 
 using namespace leeway;
 
@@ -260,14 +263,46 @@ void bench_gap(std::size_t jobs, int repeats) {
          {"rss_mb", peak_memory_mb()}});
 }
 
+// A recording of 50 MB through the plain reader, and through a columns map that only renames.
+void bench_read(int repeats) {
+  constexpr std::size_t kRows = 600'000;
+  Trajectory recording;
+  RandomStream stream(1, "bench read");
+  const std::vector<Channel> channels{Channel::u,  Channel::vm,  Channel::r,     Channel::x0,
+                                      Channel::y0, Channel::psi, Channel::delta, Channel::n_p};
+  for (std::size_t i = 0; i < kRows; ++i) {
+    recording[Channel::t].push_back(0.1 * static_cast<double>(i));
+    for (const Channel channel : channels) recording[channel].push_back(1e-6 * std::round(1e6 * stream.uniform(-1, 1)));
+  }
+  const std::string path =
+      fmt::format("{}/leeway-bench-{}.csv", std::filesystem::temp_directory_path().string(), getpid());
+  io::write_trajectory(path, recording);
+  const double size_mb = 1e-6 * static_cast<double>(std::filesystem::file_size(path));
+  io::ColumnsMap map;
+  for (const Channel channel : channels) {
+    const io::KnownColumn known = *io::known_column(column_name(channel));
+    map.columns.push_back({channel, {column_name(channel), 0}, known.unit, known.unit.factor, 0.0});
+  }
+  const io::KnownColumn time_column = *io::known_column("t_s");
+  map.columns.push_back({Channel::t, {"t_s", 0}, time_column.unit, 1.0, 0.0});
+  const Timing plain = time(std::min(repeats, 5), [&] { io::read_trajectory(path); });
+  const Timing mapped = time(std::min(repeats, 5), [&] { io::read_trajectory(path, &map); });
+  std::filesystem::remove(path);
+  print({{"bench", "read"},
+         {"mb", size_mb},
+         {"cpu_s_per_100mb", 100.0 * plain.cpu_s / size_mb},
+         {"cpu_s_per_100mb_map", 100.0 * mapped.cpu_s / size_mb},
+         {"map_by_plain", mapped.cpu_s / plain.cpu_s}});
+}
+
 // An option that the benchmark would ignore ends the program: figures must be of what was asked for.
 void check_options(const CLI::App& app, const std::string& what) {
   const auto refuse = [&](const char* option, const std::vector<std::string>& benchmarks, const char* why) {
     if (app.count(option) > 0 && std::count(benchmarks.begin(), benchmarks.end(), what) > 0)
       throw UsageError(fmt::format("{} does not apply to the benchmark '{}': {}", option, what, why));
   };
-  refuse("--kernel", {"sim", "gap"}, "it evaluates no network");
-  refuse("--jobs", {"sim"}, "a simulation runs on one thread");
+  refuse("--kernel", {"sim", "gap", "read"}, "it evaluates no network");
+  refuse("--jobs", {"sim", "read"}, "it runs on one thread");
 }
 
 }  // namespace
@@ -277,11 +312,12 @@ int main(int argc, char** argv) try {
   int repeats = 7;
   cli::CommonOptions common;
   CLI::App app{"Time the hot paths; one JSON line per benchmark on stdout.", "leeway-bench"};
-  app.add_option("benchmark", what, "train, predict, pd, sim or gap")
+  app.add_option("benchmark", what, "train, predict, pd, sim, gap or read")
       ->required()
-      ->check(CLI::IsMember({"train", "predict", "pd", "sim", "gap"}));
+      ->check(CLI::IsMember({"train", "predict", "pd", "sim", "gap", "read"}));
   app.add_option("--repeats", repeats,
-                 "measurements after a warm-up, whose median is printed; at most 3 by gap, 1 by pd, at least 20 by sim")
+                 "measurements after a warm-up, whose median is printed; at most 5 by read, 3 by gap, 1 by pd, at "
+                 "least 20 by sim")
       ->check(cli::at_least(1))
       ->capture_default_str();
   app.add_option("--kernel", kernel, "auto, avx512, avx2 or portable, for train, predict and pd")
@@ -294,6 +330,7 @@ int main(int argc, char** argv) try {
   if (what == "predict") bench_predict(kernels, common.jobs, repeats);
   if (what == "pd") bench_pd(kernels, common.jobs, repeats);
   if (what == "sim") bench_sim(repeats);
+  if (what == "read") bench_read(repeats);
   if (what == "gap") bench_gap(common.jobs, repeats);
   return cli::kOk;
 } catch (...) {

@@ -55,6 +55,10 @@ int main(int argc, char** argv) try {
   commands.push_back(cli::add_estimate_command(app, opt, estimate_options));
   double length_m = 0.0;
   commands.push_back(cli::add_scale_command(app, opt, length_m));
+  cli::RecordingIndexOptions index_options;
+  commands.push_back(cli::add_import_command(app, opt));
+  commands.push_back(cli::add_columns_command(app, opt));
+  commands.push_back(cli::add_indices_command(app, opt, index_options));
 
   std::string effect;
   bool page = false;

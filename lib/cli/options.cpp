@@ -194,6 +194,13 @@ std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, c
     names.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
   const std::vector<std::string> ignored(names.begin(), names.end());
   if (!ignored.empty()) spdlog::warn("columns that no tool knows are ignored: {}", io::listed(ignored));
+  for (const DerivableChannel& derivable : kDerivableChannels) {
+    const auto count = std::count_if(recordings.begin(), recordings.end(),
+                                     [&](const Trajectory& r) { return r.is_derived(derivable.channel); });
+    if (count > 0)
+      spdlog::warn("{} of {} of {} recordings is derived from {}, not measured", column_name(derivable.channel), count,
+                   recordings.size(), column_name(derivable.of));
+  }
   for (const Trajectory& recording : recordings)
     if (warn_of_jumps && clock_jumps(recording))
       spdlog::warn("{}:{}: column 't_s': {}: was the clock set? Nothing is computed across it", recording.file,

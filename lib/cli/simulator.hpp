@@ -57,6 +57,15 @@ struct EstimateOptions {
 Command add_estimate_command(CLI::App& app, SimOptions& opt, EstimateOptions& estimate);
 Command add_scale_command(CLI::App& app, SimOptions& opt, double& length_m);
 
+/// import, columns, indices: foreign recordings in leeway's form, a map for them, what is read off them.
+struct RecordingIndexOptions {
+  std::optional<double> length_m;
+  bool json = false;
+};
+Command add_import_command(CLI::App& app, SimOptions& opt);
+Command add_columns_command(CLI::App& app, SimOptions& opt);
+Command add_indices_command(CLI::App& app, SimOptions& opt, RecordingIndexOptions& indices);
+
 /// --output.
 void add_output(CLI::App& sub, SimOptions& opt, const std::string& what);
 

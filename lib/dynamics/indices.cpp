@@ -8,8 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
-#include "dynamics/model.hpp"
-#include "effects/description.hpp"
+#include "dynamics/imo_criteria.hpp"
 
 namespace leeway {
 namespace {
@@ -27,21 +26,32 @@ Json deg_or_null(Maybe x) { return x ? Json(rad_to_deg(*x)) : Json(); }
 
 void put_length(Json& json, const std::string& name, Maybe length_m, double L_pp) {
   json[name + "_m"] = or_null(length_m);
-  json[name + "_over_L"] = or_null(length_m ? Maybe(*length_m / L_pp) : length_m);
+  if (!std::isnan(L_pp)) json[name + "_over_L"] = or_null(length_m ? Maybe(*length_m / L_pp) : length_m);
 }
 
 // Distances along and across the course at one moment; `side` is +1 for starboard, -1 for port.
 struct Course {
   Moment origin;
-  double side;
-  Vec2<double> ahead() const { return {std::cos(origin.psi), std::sin(origin.psi)}; }
-  Vec2<double> abeam() const { return side * Vec2<double>(-std::sin(origin.psi), std::cos(origin.psi)); }
+  double side, heading, track;  // that before the order [rad]
+  Course(const Moment& moment, double sign) : origin(moment), side(sign), heading(moment.psi), track(moment.psi) {}
+  Course(const Track& run, const Approach& approach, double sign)
+      : origin(run.at(approach.t_s)), side(sign), heading(approach.heading), track(approach.course) {}
+  Vec2<double> ahead() const { return {std::cos(track), std::sin(track)}; }
+  Vec2<double> abeam() const { return side * Vec2<double>(-std::sin(track), std::cos(track)); }
   double advance(const Moment& m) const { return ahead().dot(m.position - origin.position); }
   double transfer(const Moment& m) const { return abeam().dot(m.position - origin.position); }
-  double change(const Moment& m) const { return side * (m.psi - origin.psi); }
+  double change(const Moment& m) const { return side * (m.psi - heading); }
 };
 
-Maybe length_at(const Track& track, Maybe t_s) { return t_s ? Maybe(track.length(*t_s)) : t_s; }
+// From a time on.
+Maybe length_at(const Track& track, Maybe t_s, double from_s) {
+  return t_s ? Maybe(track.length(*t_s) - track.length(from_s)) : t_s;
+}
+
+Approach start_of(const Track& track) {
+  const double psi = track.at(track.start_s()).psi;
+  return {track.start_s(), psi, psi};
+}
 
 double drift(const Moment& m) { return std::atan2(-m.nu(1), m.nu(0)); }
 
@@ -71,19 +81,15 @@ double unit_of(Channel channel) {
   return quantity == Quantity::angle || quantity == Quantity::angular_rate ? kDegree : 1.0;
 }
 
-Json criterion(const std::string& name, const Json& value, double limit, const std::string& unit) {
-  return {{"name", name},
-          {"value", value},
-          {"limit", limit},
-          {"unit", unit},
-          {"fulfilled", value.is_null() ? Json() : Json(value.get<double>() <= limit)}};
-}
-
 }  // namespace
 
 Json turning_indices(const Track& track, double rudder, double L_pp) {
-  const double t0 = track.start_s(), end = track.end_s();
-  const Course course{track.at(t0), side_of(rudder)};
+  return turning_indices(track, start_of(track), rudder, L_pp);
+}
+
+Json turning_indices(const Track& track, const Approach& approach, double rudder, double L_pp) {
+  const double t0 = approach.t_s, end = track.end_s();
+  const Course course(track, approach, side_of(rudder));
   const auto time_of_change = [&](double change) {
     return track.first_rise(t0, [&](const Moment& m) { return course.change(m) - change; });
   };
@@ -101,7 +107,7 @@ Json turning_indices(const Track& track, double rudder, double L_pp) {
              advance(track.first_rise(t0, [&](const Moment& m) { return -course.ahead().dot(m.velocity); })), L_pp);
   put_length(json, "max_transfer",
              transfer(track.first_rise(t0, [&](const Moment& m) { return -course.abeam().dot(m.velocity); })), L_pp);
-  put_length(json, "track_to_10_deg", length_at(track, t_10), L_pp);
+  put_length(json, "track_to_10_deg", length_at(track, t_10, t0), L_pp);
   json["time_to_90_deg_s"] = or_null(t_90 ? Maybe(*t_90 - t0) : t_90);
   json["time_to_180_deg_s"] = or_null(t_180 ? Maybe(*t_180 - t0) : t_180);
   json["time_to_360_deg_s"] = or_null(t_360 ? Maybe(*t_360 - t0) : t_360);
@@ -123,7 +129,7 @@ Json turning_indices(const Track& track, double rudder, double L_pp) {
   steady["vm_mps"] = v_m;
   steady["speed_mps"] = U;
   steady["r_degps"] = rad_to_deg(r);
-  steady["r_nondimensional"] = r * L_pp / U;
+  if (!std::isnan(L_pp)) steady["r_nondimensional"] = r * L_pp / U;
   steady["drift_deg"] = rad_to_deg(std::atan2(-v_m, u));
   put_length(steady, "radius", U / std::abs(r), L_pp);
   put_length(steady, "diameter", 2.0 * U / std::abs(r), L_pp);
@@ -132,8 +138,12 @@ Json turning_indices(const Track& track, double rudder, double L_pp) {
 }
 
 Json zigzag_indices(const Track& track, double rudder, double heading, double L_pp) {
-  const double t0 = track.start_s();
-  const Course course{track.at(t0), side_of(rudder)};
+  return zigzag_indices(track, start_of(track), rudder, heading, L_pp);
+}
+
+Json zigzag_indices(const Track& track, const Approach& approach, double rudder, double heading, double L_pp) {
+  const double t0 = approach.t_s;
+  const Course course(track, approach, side_of(rudder));
   Json executes = Json::array({{{"number", 1}, {"t_s", t0}, {"rudder_deg", rad_to_deg(rudder)}}});
   Json overshoots = Json::array();
   std::vector<double> times;  // of the second execute and those after it
@@ -171,9 +181,10 @@ Json zigzag_indices(const Track& track, double rudder, double heading, double L_
   json["initial_turning_time_s"] = times.empty() ? Json() : Json(times[0] - t0);
   json["time_to_check_yaw_s"] = overshoots.empty() ? Json() : Json(first_check_s);
   json["period_s"] = times.size() < 3 ? Json() : Json(times[2] - times[0]);
-  put_length(json, "track_to_10_deg",
-             length_at(track, track.first_rise(t0, [&](const Moment& m) { return course.change(m) - 10.0 * kDegree; })),
-             L_pp);
+  put_length(
+      json, "track_to_10_deg",
+      length_at(track, track.first_rise(t0, [&](const Moment& m) { return course.change(m) - 10.0 * kDegree; }), t0),
+      L_pp);
   json["executes"] = executes;
   json["overshoots"] = overshoots;
   return json;
@@ -260,7 +271,7 @@ Json crash_stop_indices(const Track& track, const std::vector<Phase>& phases, do
   Json json;
   const bool is_executed = phases.size() > 1;
   const double t0 = is_executed ? phases[1].start_s : track.end_s();
-  const Course course{track.at(t0), 1.0};
+  const Course course(track.at(t0), 1.0);
   const Maybe stop = is_executed ? track.first_rise(t0, [](const Moment& m) { return -m.nu(0); }) : std::nullopt;
   json["execute_s"] = is_executed ? Json(t0) : Json();
   json["speed_at_execute_mps"] = is_executed ? Json(course.origin.speed()) : Json();
@@ -274,7 +285,7 @@ Json crash_stop_indices(const Track& track, const std::vector<Phase>& phases, do
 
 Json coast_down_indices(const Track& track, double L_pp) {
   const double t0 = track.start_s();
-  const Course course{track.at(t0), 1.0};
+  const Course course(track.at(t0), 1.0);
   Json json, speeds = Json::array();
   for (const double fraction : {0.5, 0.25, 0.125, 0.1}) {
     const double speed = fraction * course.origin.speed();
@@ -283,7 +294,7 @@ Json coast_down_indices(const Track& track, double L_pp) {
     row["speed_fraction"] = fraction;
     row["speed_mps"] = speed;
     row["time_s"] = or_null(t ? Maybe(*t - t0) : t);
-    put_length(row, "track", length_at(track, t), L_pp);
+    put_length(row, "track", length_at(track, t, t0), L_pp);
     row["heading_change_deg"] = deg_or_null(t ? Maybe(course.change(track.at(*t))) : t);
   }
   json["initial_speed_mps"] = course.origin.speed();
@@ -332,7 +343,7 @@ Json thruster_pulse_indices(const Track& track, const std::vector<Phase>& phases
 
 Json straight_indices(const Track& track, const Trajectory& trajectory, double L_pp) {
   const double t0 = track.start_s(), end = track.end_s(), half = 0.5 * (t0 + end);
-  const Course course{track.at(t0), 1.0};
+  const Course course(track.at(t0), 1.0);
   const auto speed = [](const Moment& m) { return m.speed(); };
   double farthest = 0.0;
   for (const double t : track.times()) {
@@ -399,65 +410,6 @@ Json run_indices(const Track& track, const Trajectory& trajectory, double L_pp) 
     range[column_name(channel.channel)] = extremes(trajectory[channel.channel], unit_of(channel.channel));
   }
   return json;
-}
-
-Json imo_criteria(const Json& indices, const ManeuverFacts& facts, const Ship& ship, double speed_mps) {
-  const double L = ship.particulars.L_pp * ship.scale, V = speed_mps * std::sqrt(ship.scale);
-  const auto not_applied = [](const std::string& reason) { return Json{{"applies", false}, {"reason", reason}}; };
-  const auto is = [](double angle, double degrees) {
-    return std::abs(std::abs(angle) - degrees * kDegree) < kSameAngle;
-  };
-  // The largest angle that any rudder takes to this side, and the hardest turn up to 35 deg that all can make.
-  double reached = 0.0, hardest = 35.0 * kDegree;
-  for (const Actuator& actuator : ship.actuators) {
-    if (!actuator.is_rudder()) continue;
-    const double limit = facts.rudder < 0.0 ? -actuator.min : actuator.max;
-    reached = std::max(reached, std::min(std::abs(facts.rudder), limit));
-    hardest = std::min(hardest, limit);
-  }
-  const bool is_turning = facts.maneuver == "turning", is_zigzag = facts.maneuver == "zigzag";
-  const bool is_hard_turn = is_turning && is(reached, rad_to_deg(hardest));
-  const bool is_10_10 = is_zigzag && is(facts.rudder, 10.0) && is(facts.heading, 10.0);
-  const bool is_20_20 = is_zigzag && is(facts.rudder, 20.0) && is(facts.heading, 20.0);
-  const bool is_initial_turning = (is_turning || is_zigzag) && is(facts.rudder, 10.0);
-  const bool is_stop = facts.maneuver == "crash-stop";
-  if (!is_hard_turn && !is_10_10 && !is_20_20 && !is_initial_turning && !is_stop)
-    return not_applied(
-        "none of the tests: turning at 35 deg or the ship's largest rudder angle, zigzag 10/10 or 20/20, 10 deg of "
-        "rudder, crash stop");
-  if (L < 100.0 * (1.0 - 1e-9))
-    return not_applied(fmt::format("the ship is {:.4g} m long, below 100 m, at full scale", L));
-  if (facts.mean_wind_mps > 0.0) return not_applied("the tests are made in calm weather");
-  const Model<double> model(ship);
-  const bool is_shallow = std::any_of(ship.effects.begin(), ship.effects.end(), [](const EffectEntry& effect) {
-    return effect_named(effect.type).info.changes_depth;
-  });
-  if (model.moves_water() || model.blows() || model.pushes() || is_shallow)
-    return not_applied("the tests are made in deep, still water and calm weather, without other forces on the ship");
-  if (!(V > 0.0)) return not_applied("the ship has no speed ahead at the start");
-
-  const double L_over_V = L / V;
-  // Constant below and above two values of L/V, linear between them.
-  const auto by_L_over_V = [&](double quick, double slow) {
-    return quick + (slow - quick) * std::clamp((L_over_V - 10.0) / 20.0, 0.0, 1.0);
-  };
-  Json criteria = Json::array();
-  if (is_hard_turn) {
-    criteria.push_back(criterion("advance", indices["advance_over_L"], 4.5, "L"));
-    criteria.push_back(criterion("tactical_diameter", indices["tactical_diameter_over_L"], 5.0, "L"));
-  }
-  if (is_initial_turning) criteria.push_back(criterion("track_to_10_deg", indices["track_to_10_deg_over_L"], 2.5, "L"));
-  if (is_10_10) {
-    criteria.push_back(
-        criterion("first_overshoot_10_10", indices["first_overshoot_deg"], by_L_over_V(10.0, 20.0), "deg"));
-    criteria.push_back(
-        criterion("second_overshoot_10_10", indices["second_overshoot_deg"], by_L_over_V(25.0, 40.0), "deg"));
-  }
-  if (is_20_20) criteria.push_back(criterion("first_overshoot_20_20", indices["first_overshoot_deg"], 25.0, "deg"));
-  if (is_stop) criteria.push_back(criterion("track_reach", indices["track_reach_over_L"], 15.0, "L"));
-  return {{"applies", true},
-          {"full_scale", {{"L_pp_m", L}, {"speed_mps", V}, {"L_over_V_s", L_over_V}}},
-          {"criteria", criteria}};
 }
 
 Json maneuver_indices(const Trajectory& trajectory, const Ship& ship, const ManeuverFacts& facts) {

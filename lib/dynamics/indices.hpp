@@ -3,19 +3,26 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/maneuvers.hpp"
+#include "dynamics/imo_criteria.hpp"
 #include "dynamics/track.hpp"
 #include "io/json.hpp"
 
 namespace leeway {
 
+/// What a recorded maneuver is counted from: the order, and the heading and the course over ground before it [rad].
+struct Approach {
+  double t_s = 0.0, heading = 0.0, course = 0.0;
+};
+
 /// What a naval architect reads off a maneuver, as JSON: names with units, lengths also in ship lengths, null for what
 /// the run did not reach. Definitions: docs/maneuvers.md. Distances and headings are counted from the start of the run,
 /// where the rudder order is given, or from the execute that the phases tell; the side of the rudder counts as
 /// positive.
-///   L_pp  [m];  rudder, heading  as ordered [rad]
+///   L_pp  [m]; NaN: not known, then nothing is given in ship lengths;  rudder, heading  as ordered [rad]
 io::Json turning_indices(const Track& track, double rudder, double L_pp);
+io::Json turning_indices(const Track& track, const Approach& approach, double rudder, double L_pp);
 io::Json zigzag_indices(const Track& track, double rudder, double heading, double L_pp);
+io::Json zigzag_indices(const Track& track, const Approach& approach, double rudder, double heading, double L_pp);
 io::Json pull_out_indices(const Track& track, const std::vector<Phase>& phases, double L_pp);
 io::Json spiral_indices(const Track& track, const std::vector<Phase>& phases, double L_pp);
 io::Json crash_stop_indices(const Track& track, const std::vector<Phase>& phases, double L_pp);
@@ -27,20 +34,6 @@ io::Json berthing_indices(const Track& track, double quay_heading, double L_pp);
 
 /// Duration, length of the track, and the extremes of all states and actuators: what every run has.
 io::Json run_indices(const Track& track, const Trajectory& trajectory, double L_pp);
-
-/// What was done, as far as indices and criteria depend on it.
-struct ManeuverFacts {
-  std::string maneuver;                ///< "turning", "zigzag", ...: the subcommand
-  double rudder = 0.0, heading = 0.0;  ///< of a berthing: the heading of the quay
-  std::vector<Phase> phases;
-  double mean_wind_mps = 0.0;
-};
-
-/// The criteria of IMO resolution MSC.137(76), Standards for ship manoeuvrability, that this maneuver is the test for:
-/// each with value, limit and whether it is fulfilled (null where the run did not reach it), or the reason why none
-/// applies. Length and speed are those of the full-scale ship.
-///   indices  of the maneuver, by one of the functions above;  speed_mps  at the start, of the ship as simulated
-io::Json imo_criteria(const io::Json& indices, const ManeuverFacts& facts, const Ship& ship, double speed_mps);
 
 /// All of the above: {"indices": ..., "imo_msc_137_76": ..., "run": ...}. `indices` is absent for maneuvers that have
 /// no more than `run`, such as random orders.

@@ -119,7 +119,11 @@ std::string installed_file(const std::string& name) {
   return (executable.parent_path().parent_path() / name).string();
 }
 
-std::string stem(const std::string& path) { return path == "-" ? "stdin" : fs::path(path).stem().string(); }
+std::string stem(const std::string& path) {
+  if (path == "-") return "stdin";
+  const fs::path name(path);
+  return (name.extension() == ".gz" ? name.stem().stem() : name.stem()).string();
+}
 
 std::string link_target(const std::string& path) {
   std::error_code error;

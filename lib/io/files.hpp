@@ -17,7 +17,7 @@ std::string sha256(std::string_view text);
 /// SHA-256 of a file's contents. Throws IoError.
 std::string sha256_of_file(const std::string& path);
 
-/// File name without folder and extension; "stdin" for "-".
+/// File name without folder and extension, ".dat.gz" being one; "stdin" for "-".
 std::string stem(const std::string& path);
 
 /// Where symbolic links lead, also to a file that is yet to be made: a link keeps pointing to its target.

@@ -7,237 +7,339 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
-#include "io/json.hpp"
+#include "recording/differentiation.hpp"
+#include "recording/froude_law.hpp"
+#include "recording/local_plane.hpp"
+#include "recording/velocity_frames.hpp"
 
 namespace leeway::io {
 namespace {
 
-struct Unit {
-  Quantity quantity;
-  std::string_view suffix;
-  double factor;             // to SI
-  std::string_view printed;  // in messages
+// A column of the file, and what becomes of it.
+struct ReadColumn {
+  std::vector<double>* values;
+  Unit unit;
+  double factor, offset;
+  std::size_t field;
+  bool is_latitude = false;
 };
 
-constexpr Unit kUnits[] = {
-    {Quantity::time, "s", 1.0, "s"},
-    {Quantity::length, "m", 1.0, "m"},
-    {Quantity::speed, "mps", 1.0, "m/s"},
-    {Quantity::speed, "kn", kKnot, "kn"},
-    {Quantity::angle, "deg", kDegree, "deg"},
-    {Quantity::angle, "rad", 1.0, "rad"},
-    {Quantity::angular_rate, "degps", kDegree, "deg/s"},
-    {Quantity::angular_rate, "radps", 1.0, "rad/s"},
-    {Quantity::revolutions, "rps", 1.0, "1/s"},
-    {Quantity::ratio, "", 1.0, ""},
-};
-
-std::optional<double> factor_of(Quantity quantity, std::string_view unit) {
-  for (const Unit& u : kUnits)
-    if (u.quantity == quantity && u.suffix == unit) return u.factor;
-  return std::nullopt;
-}
-
-std::string_view printed_unit(std::string_view suffix) {
-  for (const Unit& u : kUnits)
-    if (u.suffix == suffix) return u.printed;
-  return suffix;
-}
-
-// "psi_rad" -> the channel psi, factor 1; nothing for a name that is not ours.
-std::optional<ColumnsMap::Source> known_column(std::string_view name) {
-  for (const ChannelInfo& channel : kChannels)
-    for (const Unit& unit : kUnits)
-      if (unit.quantity == channel.quantity) {
-        const std::string full =
-            std::string(channel.name) + (unit.suffix.empty() ? "" : "_" + std::string(unit.suffix));
-        if (name == full) return ColumnsMap::Source{channel.channel, unit.factor, std::string(unit.suffix)};
-      }
-  return std::nullopt;
-}
-
-}  // namespace
-
-ColumnsMap read_columns_map(const std::string& name_or_path) {
-  const std::string path = find_config("columns", name_or_path);
-  const Json json = read_json(path);
-  const JsonObject map(json, path);
-  ColumnsMap result;
-  for (const std::string& key : map.keys()) {
-    if (key == "description" || key == "source") {
-      map.text(key);
-      continue;
-    }
-    if (key == "missing") {
-      result.missing = map.texts(key);
-      continue;
-    }
-    auto source = known_column(key);
-    if (!source) map.fail(key, "unknown column name; docs/formats.md lists the names");
-    std::string foreign;
-    if (map.value(key).is_object()) {
-      const JsonObject entry = map.object(key);
-      foreign = entry.text("from");
-      if (entry.has("unit")) {
-        const std::string unit = entry.text("unit");
-        const auto factor = factor_of(info(source->channel).quantity, unit);
-        if (!factor) {
-          std::vector<std::string_view> known;
-          for (const Unit& u : kUnits)
-            if (u.quantity == info(source->channel).quantity) known.push_back(u.suffix);
-          entry.fail("unit", fmt::format("unknown unit '{}'; known: {}", unit, fmt::join(known, ", ")));
-        }
-        source->factor = *factor;
-        source->unit = unit;
-      }
-      entry.check_all_known();
-    } else {
-      foreign = map.text(key);
-    }
-    if (!result.columns.emplace(foreign, *source).second)
-      map.fail(key, fmt::format("the column '{}' is already taken by another key", foreign));
-  }
-  return result;
-}
-
-namespace {
-
-// Where a trajectory's values stand in the fields of a row.
-struct Fields {
-  struct Column {
-    std::vector<double>* values;
-    std::string_view name;
-    double factor;
-    std::string unit;
-    std::size_t field;
-    bool is_angle;
-  };
-  std::vector<Column> columns;
-  std::vector<std::size_t> kept;  // of columns that are unknown
-  std::array<std::string, kChannelCount> taken_by;
-  std::size_t time = 0;
-};
-
-// Finds the columns of the header; those that are unknown go to the trajectory's ignored ones.
-Fields find_fields(const CsvReader& csv, const std::string& path, const ColumnsMap* map, bool keep_unknown,
-                   Trajectory& trajectory) {
-  Fields fields;
-  for (std::size_t i = 0; i < csv.header().size(); ++i) {
-    const std::string& name = csv.header()[i];
-    std::optional<ColumnsMap::Source> source;
-    if (map == nullptr) {
-      source = known_column(name);
-    } else if (const auto found = map->columns.find(name); found != map->columns.end()) {
-      source = found->second;
-    }
-    if (!source) {
-      trajectory.ignored_columns.push_back(name);
-      if (keep_unknown) fields.kept.push_back(i);
-      continue;
-    }
-    std::string& taken = fields.taken_by[static_cast<std::size_t>(source->channel)];
-    if (!taken.empty())
-      throw InputError(path, csv.line(), fmt::format("column '{}'", name),
-                       fmt::format("holds the same quantity as column '{}'", taken));
-    taken = name;
-    if (source->channel == Channel::t) fields.time = i;
-    fields.columns.push_back({&trajectory[source->channel], name, source->factor, source->unit, i,
-                              info(source->channel).quantity == Quantity::angle});
-  }
-  return fields;
-}
-
-// The columns that every trajectory needs, and both of a wind.
-void check_columns(const CsvReader& csv, const std::string& path, const ColumnsMap* map, const Fields& fields) {
-  const auto foreign_name = [&](Channel channel) {
+// Reads the rows of one recording.
+class RecordingReader {
+ public:
+  RecordingReader(const std::string& path, const ColumnsMap* map, bool keep_unknown)
+      : map_(map), csv_(path, map != nullptr ? map->form : CsvForm{}) {
+    trajectory_.name = stem(path);
+    trajectory_.file = path;
+    taken_by_.fill(kNoColumn);
     if (map != nullptr)
-      for (const auto& [foreign, source] : map->columns)
-        if (source.channel == channel) return foreign;
-    return column_name(channel);
-  };
-  const auto is_absent = [&](Channel channel) { return fields.taken_by[static_cast<std::size_t>(channel)].empty(); };
-  for (const Channel channel : {Channel::t, Channel::u, Channel::vm, Channel::r})
-    if (is_absent(channel))
-      throw InputError(path, 1, "",
-                       fmt::format("no column '{}'; found {}", foreign_name(channel), listed(csv.header())));
-  for (const auto& [speed, direction] :
-       {std::pair{Channel::wind_speed, Channel::wind_dir}, std::pair{Channel::app_wind_speed, Channel::app_wind_dir}})
-    if (is_absent(speed) != is_absent(direction))
+      find_mapped_columns(*map);
+    else
+      find_own_columns();
+    for (std::size_t i = 0; i < csv_.header().size(); ++i) {
+      if (is_used_[i] || !csv_.form().has_header || csv_.header()[i].empty()) continue;
+      trajectory_.ignored_columns.push_back(csv_.header()[i]);
+      if (keep_unknown) kept_.push_back(i);
+    }
+    check_columns();
+    find_marks();
+  }
+
+  Trajectory read() {
+    std::vector<std::string_view> fields;
+    trajectory_.ignored_texts.resize(kept_.size());
+    for (std::size_t row = 0; csv_.next(fields); ++row) {
+      if (!read_time(fields, row)) continue;
+      for (const ReadColumn& column : columns_) read_field(column, fields[column.field]);
+      for (std::size_t k = 0; k < kept_.size(); ++k) trajectory_.ignored_texts[k].emplace_back(fields[kept_[k]]);
+      check_time();
+    }
+    if (trajectory_.size() == 0) throw InputError(csv_.file(), csv_.line() + 1, "", "no data row below the header");
+    for (std::size_t d = 0; d < flags_.size(); ++d)
+      trajectory_.is_derived(kDerivableChannels[d].channel) =
+          std::any_of(flags_[d].begin(), flags_[d].end(), [](double flag) { return flag != 0.0 && !std::isnan(flag); });
+    return std::move(trajectory_);
+  }
+
+ private:
+  static constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
+
+  void take(Channel channel, std::size_t field, const Unit& unit, double factor, double offset) {
+    std::size_t& taken = taken_by_[static_cast<std::size_t>(channel)];
+    if (taken != kNoColumn)
+      throw InputError(csv_.file(), csv_.line(), csv_.column_text(field),
+                       fmt::format("holds the same quantity as {}", csv_.column_text(taken)));
+    taken = field;
+    is_used_[field] = true;
+    const ReadColumn column{&trajectory_[channel], unit, factor, offset, field};
+    if (channel == Channel::t)
+      time_ = column;
+    else
+      columns_.push_back(column);
+  }
+
+  void find_own_columns() {
+    is_used_.resize(csv_.header().size());
+    for (std::size_t i = 0; i < csv_.header().size(); ++i) {
+      const std::string& name = csv_.header()[i];
+      if (const auto known = known_column(name)) take(known->channel, i, known->unit, known->unit.factor, 0.0);
+      for (std::size_t d = 0; d < flags_.size(); ++d) {
+        if (name != kDerivableChannels[d].flag) continue;
+        is_used_[i] = true;
+        columns_.push_back({&flags_[d], *unit_of(Quantity::ratio, ""), 1.0, 0.0, i});
+      }
+    }
+  }
+
+  // The field that a map's column stands in.
+  std::size_t field_of(const ColumnReference& from) const {
+    const std::vector<std::string>& header = csv_.header();
+    if (from.number > header.size())
+      throw InputError(csv_.file(), csv_.line(), "",
+                       fmt::format("no column {}; found {} columns", from.number, header.size()));
+    if (from.number > 0) return from.number - 1;
+    if (!csv_.form().has_header)
       throw InputError(
-          path, 1, "",
-          fmt::format("column '{}' without '{}': a wind needs both", foreign_name(is_absent(speed) ? direction : speed),
-                      foreign_name(is_absent(speed) ? speed : direction)));
+          csv_.file(), csv_.line(), "",
+          fmt::format("no column '{}': the map says that the file has no header; give the column's number", from.name));
+    const auto found = std::find(header.begin(), header.end(), from.name);
+    if (found == header.end())
+      throw InputError(csv_.file(), csv_.line(), "",
+                       fmt::format("no column '{}'; found {}", from.name, listed(header)));
+    if (std::find(found + 1, header.end(), from.name) != header.end())
+      throw InputError(csv_.file(), csv_.line(), fmt::format("column '{}'", from.name),
+                       "stands twice; give the number of the one that is meant");
+    return static_cast<std::size_t>(found - header.begin());
+  }
+
+  void find_mapped_columns(const ColumnsMap& map) {
+    is_used_.resize(csv_.header().size());
+    std::vector<std::size_t> fields;
+    fields.reserve(map.columns.size());
+    for (const ColumnsMap::Source& source : map.columns) fields.push_back(field_of(source.from));
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+      if (is_used_[fields[k]])
+        throw InputError(csv_.file(), csv_.line(), csv_.column_text(fields[k]),
+                         "the map names it twice, by its name and by its number");
+      const ColumnsMap::Source& source = map.columns[k];
+      take(source.channel, fields[k], source.unit, source.factor, source.offset);
+      if (source.channel == Channel::x0) columns_.back().is_latitude = map.position == PositionForm::latitude_longitude;
+    }
+    if (!map.clock) return;
+    clock_.emplace(map.clock->format, map.clock->pattern);
+    for (const ColumnReference& from : map.clock->from) {
+      clock_fields_.push_back(field_of(from));
+      if (is_used_[clock_fields_.back()])
+        throw InputError(csv_.file(), csv_.line(), csv_.column_text(clock_fields_.back()),
+                         "the map names it twice, as the clock and otherwise");
+      is_used_[clock_fields_.back()] = true;
+    }
+  }
+
+  bool has(Channel channel) const {
+    const bool has_clock = map_ != nullptr && (map_->clock || map_->sample_interval_s);
+    return taken_by_[static_cast<std::size_t>(channel)] != kNoColumn || (channel == Channel::t && has_clock) ||
+           (map_ != nullptr && map_->derives(channel));
+  }
+
+  // The columns that every trajectory needs, and both of a wind.
+  void check_columns() const {
+    for (const Channel channel : {Channel::t, Channel::u, Channel::vm, Channel::r}) {
+      if (has(channel)) continue;
+      if (map_ != nullptr && channel == Channel::t)
+        throw InputError(csv_.file(), csv_.line(), "",
+                         "the columns map has no time: neither t_s nor /file/time nor /file/sample_interval_s");
+      if (map_ != nullptr)
+        throw InputError(
+            csv_.file(), csv_.line(), "",
+            fmt::format("the columns map has no {0}; name its column, or write \"{0}\": {{\"derive\": \"{1}\"}}",
+                        column_name(channel), derived_from(channel)));
+      throw InputError(csv_.file(), 1, "",
+                       fmt::format("no column '{}'; found {}", column_name(channel), listed(csv_.header())));
+    }
+    for (const auto& [speed, direction] :
+         {std::pair{Channel::wind_speed, Channel::wind_dir}, std::pair{Channel::app_wind_speed, Channel::app_wind_dir}})
+      if (has(speed) != has(direction))
+        throw InputError(
+            csv_.file(), 1, "",
+            fmt::format("column '{}' without '{}': a wind needs both", column_name(has(speed) ? speed : direction),
+                        column_name(has(speed) ? direction : speed)));
+  }
+
+  static std::string derived_from(Channel channel) {
+    for (const DerivableChannel& derivable : kDerivableChannels)
+      if (derivable.channel == channel) return column_name(derivable.of);
+    return "";
+  }
+
+  // Marks of missing samples that are numbers hold however such a number is written.
+  void find_marks() {
+    if (map_ == nullptr) return;
+    for (const std::string& mark : map_->missing)
+      if (double value = 0.0; csv_.is_number(mark, value) || parse_number(mark, value)) marks_.push_back(value);
+  }
+
+  bool is_missing(std::string_view field) const {
+    field = trim(field);
+    if (field.empty()) return true;
+    if (map_ == nullptr) return false;
+    double value = 0.0;
+    return std::find(map_->missing.begin(), map_->missing.end(), field) != map_->missing.end() ||
+           (!marks_.empty() && csv_.is_number(field, value) && is_mark(value));
+  }
+  bool is_mark(double value) const { return std::find(marks_.begin(), marks_.end(), value) != marks_.end(); }
+
+  [[noreturn]] void fail(std::size_t field, const std::string& problem) const {
+    throw InputError(csv_.file(), csv_.line(), csv_.column_text(field), problem);
+  }
+
+  [[noreturn]] void fail_number(const ReadColumn& column, std::string_view text) const {
+    fail(column.field, fmt::format("expected a finite number{}{}, got '{}'",
+                                   column.unit.printed.empty() ? "" : fmt::format(" [{}]", column.unit.printed),
+                                   csv_.form().decimal_comma ? " with a decimal comma" : "", text.substr(0, 40)));
+  }
+
+  // False for a row that is passed over.
+  bool read_time(const std::vector<std::string_view>& fields, std::size_t row) {
+    const auto is_empty_row = [&] {
+      return std::all_of(fields.begin(), fields.end(), [&](std::string_view field) { return is_missing(field); });
+    };
+    std::vector<double>& time = trajectory_[Channel::t];
+    if (map_ != nullptr && map_->sample_interval_s) {
+      if (is_missing(fields.front()) && is_empty_row()) return false;
+      time.push_back(static_cast<double>(row) * *map_->sample_interval_s);
+      return true;
+    }
+    if (clock_) {
+      if (is_missing(fields[clock_fields_.front()]) && is_empty_row()) return false;
+      time.push_back(read_clock(fields));
+      return true;
+    }
+    const std::string_view field = fields[time_.field];
+    double value = 0.0;
+    if (!csv_.is_number(field, value) || is_mark(value)) {
+      if (is_missing(field) && is_empty_row()) return false;
+      fail_number(time_, field);
+    }
+    time.push_back(converted(time_, value));
+    return true;
+  }
+
+  double read_clock(const std::vector<std::string_view>& fields) {
+    std::string_view text = trim(fields[clock_fields_.front()]);
+    if (clock_fields_.size() > 1) {
+      clock_text_.assign(text);
+      clock_text_ += ' ';
+      clock_text_ += trim(fields[clock_fields_[1]]);
+      text = clock_text_;
+    }
+    const auto seconds = clock_->seconds(text);
+    if (!seconds)
+      fail(clock_fields_.front(), fmt::format("expected {}, got '{}'", clock_->expected(), text.substr(0, 60)));
+    return *seconds;
+  }
+
+  static double converted(const ReadColumn& column, double value) {
+    return column.offset == 0.0 ? value * column.factor : value * column.factor + column.offset;
+  }
+
+  void read_field(const ReadColumn& column, std::string_view field) {
+    double value = 0.0;
+    if (!csv_.is_number(field, value) || (!marks_.empty() && is_mark(value))) {
+      if (!is_missing(field)) fail_number(column, field);
+      column.values->push_back(kMissing);
+      return;
+    }
+    const double si = converted(column, value);
+    column.values->push_back(si);
+    if (column.unit.quantity != Quantity::angle) return;
+    const double largest = column.is_latitude ? kPi / 2.0 : kLargestAngle;
+    if (std::abs(si) > largest * (1.0 + 1e-12))
+      fail(column.field,
+           fmt::format("expected {} within +-{:g} deg, got '{}'", column.is_latitude ? "a latitude" : "an angle",
+                       rad_to_deg(largest), field.substr(0, 40)));
+  }
+
+  void check_time() {
+    const std::vector<double>& time = trajectory_[Channel::t];
+    const std::size_t field = clock_ ? clock_fields_.front() : time_.field;
+    const double now = time.back();
+    if (std::abs(now) > kFarthestTime_s)
+      fail(field, fmt::format("expected seconds within +-{} (3,000 years), got {}", kFarthestTime_s, now));
+    if (time.size() == 1) return;
+    const double before = time[time.size() - 2];
+    if (now > before && now - before < kSameTime_s)
+      fail(field, fmt::format("time must increase by {} s at least, but {} s follows {} s", kSameTime_s, now, before));
+    if (!(now > before)) fail(field, fmt::format("time must increase, but {} s follows {} s", now, before));
+    if (now - before > trajectory_.longest_step.length_s()) trajectory_.longest_step = {csv_.line(), before, now};
+  }
+
+  const ColumnsMap* map_;
+  CsvReader csv_;
+  Trajectory trajectory_;
+  ReadColumn time_{};
+  std::vector<ReadColumn> columns_;
+  std::array<std::vector<double>, kDerivableChannels.size()> flags_;
+  std::vector<std::size_t> kept_;  // of columns that are unknown
+  std::vector<bool> is_used_;
+  std::array<std::size_t, kChannelCount> taken_by_{};
+  std::optional<ClockReader> clock_;
+  std::vector<std::size_t> clock_fields_;
+  std::string clock_text_;
+  std::vector<double> marks_;
+};
+
+// From what a file has to leeway's channels, in the order in which one needs the other.
+void convert_as(const ColumnsMap& map, Trajectory& trajectory) {
+  std::vector<double>&x0 = trajectory[Channel::x0], &y0 = trajectory[Channel::y0], &psi = trajectory[Channel::psi];
+  if (map.position == PositionForm::latitude_longitude && !x0.empty()) lay_on_plane(x0, y0);
+  if (map.velocity_frame == VelocityFrame::earth)
+    turn_into_ship_axes(trajectory[Channel::u], trajectory[Channel::vm], psi);
+  else if (map.velocity_frame == VelocityFrame::course_and_speed)
+    resolve_course(trajectory[Channel::u], trajectory[Channel::vm], psi);
+  if (map.scale_factor != 1.0) {
+    const FroudeLaw scale(map.scale_factor);
+    trajectory = scaled_down(trajectory, scale);
+    trajectory.longest_step.from_s /= scale.time;
+    trajectory.longest_step.to_s /= scale.time;
+  }
+}
+
+void derive_channels(const ColumnsMap& map, Trajectory& trajectory) {
+  for (const ColumnsMap::Derivation& derivation : map.derived) {
+    trajectory[derivation.channel] = derivative(trajectory[Channel::t], trajectory[derivation.of], derivation.window_s);
+    trajectory.is_derived(derivation.channel) = true;
+  }
+  if (map.derives(Channel::u))
+    turn_into_ship_axes(trajectory[Channel::u], trajectory[Channel::vm], trajectory[Channel::psi]);
 }
 
 }  // namespace
 
 Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool keep_unknown) {
-  CsvReader csv(path);
-  Trajectory trajectory;
-  trajectory.name = stem(path);
-  trajectory.file = path;
-  const Fields of = find_fields(csv, path, map, keep_unknown, trajectory);
-  check_columns(csv, path, map, of);
-
-  std::vector<double> marks;  // of missing samples that are numbers: however such a number is written
-  if (map != nullptr)
-    for (const std::string& mark : map->missing)
-      if (double value = 0.0; parse_number(mark, value)) marks.push_back(value);
-  const auto is_missing = [&](std::string_view field) {
-    field = trim(field);
-    if (field.empty()) return true;
-    if (map == nullptr) return false;
-    double value = 0.0;
-    return std::find(map->missing.begin(), map->missing.end(), field) != map->missing.end() ||
-           (!marks.empty() && parse_number(field, value) &&
-            std::find(marks.begin(), marks.end(), value) != marks.end());
-  };
-  const std::vector<double>& time = trajectory[Channel::t];
-  trajectory.ignored_texts.resize(of.kept.size());
-  std::vector<std::string_view> fields;
-  while (csv.next(fields)) {
-    if (is_missing(fields[of.time]) && std::all_of(fields.begin(), fields.end(), is_missing)) continue;
-    for (const Fields::Column& column : of.columns) {
-      const std::string_view field = fields[column.field];
-      double value = kMissing;
-      if (!is_missing(field))  // also where the mark of a missing sample is a number
-        value = csv.number(field, column.name, printed_unit(column.unit));
-      else if (column.field == of.time)
-        throw InputError(path, csv.line(), fmt::format("column '{}'", column.name),
-                         fmt::format("expected a finite number [{}], got '{}'", printed_unit(column.unit), field));
-      column.values->push_back(value * column.factor);
-      if (column.is_angle && std::abs(value * column.factor) > kLargestAngle)
-        throw InputError(path, csv.line(), fmt::format("column '{}'", column.name),
-                         fmt::format("expected an angle within +-{:g} deg, got '{}'", rad_to_deg(kLargestAngle),
-                                     field.substr(0, 40)));
-    }
-    for (std::size_t k = 0; k < of.kept.size(); ++k) trajectory.ignored_texts[k].emplace_back(fields[of.kept[k]]);
-    if (std::abs(time.back()) > kFarthestTime_s)
-      throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[of.time]),
-                       fmt::format("expected seconds within +-{} (3,000 years), got {}", kFarthestTime_s, time.back()));
-    if (time.size() > 1 && time.back() > time[time.size() - 2] && time.back() - time[time.size() - 2] < kSameTime_s)
-      throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[of.time]),
-                       fmt::format("time must increase by {} s at least, but {} s follows {} s", kSameTime_s,
-                                   time.back(), time[time.size() - 2]));
-    if (time.size() > 1 && !(time.back() > time[time.size() - 2]))
-      throw InputError(path, csv.line(), fmt::format("column '{}'", csv.header()[of.time]),
-                       fmt::format("time must increase, but {} s follows {} s", time.back(), time[time.size() - 2]));
-    if (time.size() > 1 && time.back() - time[time.size() - 2] > trajectory.longest_step.length_s())
-      trajectory.longest_step = {csv.line(), time[time.size() - 2], time.back()};
-  }
-  if (time.empty()) throw InputError(path, csv.line() + 1, "", "no data row below the header");
+  Trajectory trajectory = RecordingReader(path, map, keep_unknown).read();
   unwrap(trajectory[Channel::psi]);
   for (const ChannelInfo& channel : kChannels)
     if (channel.role == Role::azimuth) unwrap(trajectory[channel.channel]);
+  if (map == nullptr) return trajectory;
+  convert_as(*map, trajectory);
+  derive_channels(*map, trajectory);
   return trajectory;
 }
+
+namespace {
+
+bool is_flag(std::string_view name) {
+  return std::any_of(kDerivableChannels.begin(), kDerivableChannels.end(),
+                     [&](const DerivableChannel& derivable) { return name == derivable.flag; });
+}
+
+}  // namespace
 
 std::string trajectory_text(const Trajectory& trajectory) {
   struct Column {
@@ -249,13 +351,19 @@ std::string trajectory_text(const Trajectory& trajectory) {
   for (const ChannelInfo& channel : kChannels) {
     if (!trajectory.has(channel.channel)) continue;
     text += (columns.empty() ? "" : ",") + column_name(channel.channel);
-    columns.push_back({&trajectory[channel.channel], *factor_of(channel.quantity, channel.unit)});
+    columns.push_back({&trajectory[channel.channel], unit_of(channel.quantity, channel.unit)->factor});
+  }
+  std::string flags;  // the same in each row
+  for (const DerivableChannel& derivable : kDerivableChannels) {
+    if (!trajectory.has(derivable.channel) || !trajectory.is_derived(derivable.channel)) continue;
+    text += fmt::format(",{}", derivable.flag);
+    flags += ",1";
   }
   std::vector<const std::vector<std::string>*> kept;
   for (std::size_t k = 0; k < trajectory.ignored_texts.size(); ++k) {
     const std::string& name = trajectory.ignored_columns[k];
     const auto channel = known_column(name);
-    if (channel && trajectory.has(channel->channel)) continue;
+    if ((channel && trajectory.has(channel->channel)) || is_flag(name)) continue;
     text += ',' + csv_field(name);
     kept.push_back(&trajectory.ignored_texts[k]);
   }
@@ -270,6 +378,7 @@ std::string trajectory_text(const Trajectory& trajectory) {
                                          trajectory[Channel::t][i]));
       append_number(text, value / columns[c].divisor);
     }
+    text += flags;
     for (const std::vector<std::string>* texts : kept) text += ',' + csv_field((*texts)[i]);
     text += '\n';
   }

@@ -1,26 +1,11 @@
 #pragma once
 
-#include <map>
 #include <string>
-#include <vector>
 
+#include "io/columns_map.hpp"
 #include "recording/trajectory.hpp"
 
 namespace leeway::io {
-
-/// How the columns of a foreign recording are called: a columns map as in docs/formats.md.
-struct ColumnsMap {
-  struct Source {
-    Channel channel;
-    double factor;     ///< file value times factor is SI
-    std::string unit;  ///< suffix, for messages
-  };
-  std::map<std::string, Source> columns;  ///< by the foreign column name
-  std::vector<std::string> missing;       ///< texts that mark a missing sample, besides the empty field
-};
-
-/// Reads a columns map: a path, or the name of a shipped one such as "frt-ds-esso".
-ColumnsMap read_columns_map(const std::string& name_or_path);
 
 /// Reads a recording ("-": standard input); units become SI and radians here and nowhere else.
 ///
@@ -28,6 +13,8 @@ ColumnsMap read_columns_map(const std::string& name_or_path);
 /// missing t_s, u_mps, vm_mps or r_degps, two columns for one channel, text or nan in a number, a row of another
 /// length, a time that does not increase, one column of a wind without the other, or no row at all; IoError if the file
 /// cannot be read.
+/// With a map the channels are converted as it says: clock, scale, position on the earth, axes of the velocities,
+/// derived channels.
 ///   keep_unknown  keep the columns that no tool knows as text, so that a copy has them
 Trajectory read_trajectory(const std::string& path, const ColumnsMap* map = nullptr, bool keep_unknown = false);
 

@@ -75,6 +75,15 @@ inline constexpr std::array<ChannelInfo, kChannelCount> kChannels{{
     {Channel::app_wind_dir, "app_wind_dir", Quantity::angle, "deg"},
 }};
 
+/// The channels that may be derived, each by differentiation of another one: over ground, (u, v_m) with the heading.
+struct DerivableChannel {
+  Channel channel, of;
+  std::string_view flag;  ///< the column that says so: 1
+};
+inline constexpr std::array<DerivableChannel, 3> kDerivableChannels{{{Channel::u, Channel::x0, "u_derived"},
+                                                                     {Channel::vm, Channel::y0, "vm_derived"},
+                                                                     {Channel::r, Channel::psi, "r_derived"}}};
+
 /// The channels that move the ship, in column order.
 inline constexpr std::array<Channel, 11> kActuatorChannels{
     Channel::delta, Channel::delta_p, Channel::delta_s, Channel::n_p,   Channel::n_bt, Channel::n_st,
@@ -107,9 +116,12 @@ struct Trajectory {
   std::vector<std::vector<std::string>> ignored_texts;  ///< what stands in them; empty unless the reader was to keep it
   LongestStep longest_step;
   std::array<std::vector<double>, kChannelCount> columns;
+  std::array<bool, kChannelCount> derived{};  ///< computed from other channels by differentiation, not measured
 
   std::vector<double>& operator[](Channel channel) { return columns[static_cast<std::size_t>(channel)]; }
   const std::vector<double>& operator[](Channel channel) const { return columns[static_cast<std::size_t>(channel)]; }
+  bool& is_derived(Channel channel) { return derived[static_cast<std::size_t>(channel)]; }
+  bool is_derived(Channel channel) const { return derived[static_cast<std::size_t>(channel)]; }
   bool has(Channel channel) const { return !(*this)[channel].empty(); }
   std::size_t size() const { return (*this)[Channel::t].size(); }
   bool has_wind() const {

@@ -120,16 +120,47 @@ void read_recording(HostileFiles& files, std::string_view text) {
 }
 
 void read_foreign_recording(HostileFiles& files, std::string_view text) {
-  static const io::ColumnsMap map{{{"time", {Channel::t, 1.0, "s"}},
-                                   {"speed [kn]", {Channel::u, kKnot, "kn"}},
-                                   {"v", {Channel::vm, 1.0, "mps"}},
-                                   {"yaw rate", {Channel::r, 1.0, "radps"}},
-                                   {"heading", {Channel::psi, kDegree, "deg"}}},
-                                  {"NaN", "-9999"}};
+  static const io::ColumnsMap map = [] {
+    io::ColumnsMap made;
+    const auto add = [&](Channel channel, const char* name, const char* unit) {
+      const io::Unit known = *io::unit_of(info(channel).quantity, unit);
+      made.columns.push_back({channel, {name, 0}, known, known.factor, 0.0});
+    };
+    add(Channel::t, "time", "s");
+    add(Channel::u, "speed [kn]", "kn");
+    add(Channel::vm, "v", "mps");
+    add(Channel::r, "yaw rate", "radps");
+    add(Channel::psi, "heading", "deg");
+    made.missing = {"NaN", "-9999"};
+    return made;
+  }();
   const Trajectory read = io::read_trajectory(files.write("rec.csv", text), &map);
   expect_sound(read);
   if (text.find("-9999.") == std::string_view::npos && text.find("-9999e") == std::string_view::npos)
     for (const double v : read[Channel::vm]) expect(v != -9999.0, "a mark of missing samples is read as a number");
+}
+
+// A log of a ship: semicolons, decimal commas, Latin-1, date and time, latitude and longitude, course and speed.
+void read_log(HostileFiles& files, std::string_view text) {
+  static const io::ColumnsMap map = io::read_columns_map(files.write("map.json", R"({
+    "file": {"delimiter": ";", "decimal": ",", "encoding": "latin-1", "skip_lines": 1,
+             "time": {"from": ["Datum", 2], "format": "%d.%m.%Y %H:%M:%S"}, "velocity_frame": "course-and-speed",
+             "position": "latitude-longitude", "scale_factor": 4},
+    "latitude_deg": {"from": 3}, "longitude_deg": {"from": 4}, "speed_kn": "SOG", "course_deg": "COG",
+    "psi_deg": {"from": "Kurs", "sign": -1, "offset": 3}, "r_degps": {"derive": "psi_deg"}})"));
+  const Trajectory read = io::read_trajectory(files.write("rec.csv", text), &map);
+  expect_sound(read);
+  expect(read.is_derived(Channel::r), "a derived channel counts as measured");
+  for (std::size_t i = 0; i < read.size(); ++i)
+    expect(std::isnan(read[Channel::x0][i]) || std::abs(read[Channel::x0][i]) < 1e7, "a position beyond the earth");
+}
+
+// Times of day beside numbers, without a header.
+void read_clock_text(HostileFiles& files, std::string_view text) {
+  static const io::ColumnsMap map = io::read_columns_map(files.write("map.json", R"({
+    "file": {"delimiter": "blank", "header": false, "time": {"from": 1, "format": "hms"}, "velocity_frame": "earth"},
+    "u_mps": {"from": 2}, "vm_mps": {"from": 3}, "psi_deg": {"from": 4}, "r_degps": {"from": 5, "unit": "degpmin"}})"));
+  expect_sound(io::read_trajectory(files.write("rec.txt", text), &map));
 }
 
 void read_schedule_text(HostileFiles& files, std::string_view text) {
@@ -182,10 +213,10 @@ void read_prediction_text(HostileFiles& files, std::string_view text) {
 }  // namespace
 
 const std::vector<Reader>& csv_readers() {
-  static const std::vector<Reader> all{{"recording", "", read_recording},
-                                       {"foreign-recording", "", read_foreign_recording},
-                                       {"schedule", "", read_schedule_text},
-                                       {"prediction", "", read_prediction_text}};
+  static const std::vector<Reader> all{
+      {"recording", "", read_recording},    {"foreign-recording", "", read_foreign_recording},
+      {"ship-log", "", read_log},           {"clock-times", "", read_clock_text},
+      {"schedule", "", read_schedule_text}, {"prediction", "", read_prediction_text}};
   return all;
 }
 

@@ -13,9 +13,9 @@
 #include "effects/description.hpp"
 #include "ensemble/config.hpp"
 #include "fuzz/readers.hpp"
+#include "io/columns_map.hpp"
 #include "io/dataset_json.hpp"
 #include "io/result_folder.hpp"
-#include "io/trajectory_csv.hpp"
 #include "metrics/scores.hpp"
 #include "ship/ship.hpp"
 
@@ -134,20 +134,34 @@ void read_config_text(HostileFiles& files, std::string_view text) {
 
 void read_map_text(HostileFiles& files, std::string_view text) {
   const io::ColumnsMap map = io::read_columns_map(files.write("map.json", text));
-  io::Json written{{"missing", map.missing}};
-  std::set<Channel> taken;
-  for (const auto& [name, source] : map.columns) {
-    expect(source.factor > 0.0, "a unit without a factor");
-    std::string key = column_name(source.channel);
-    if (!taken.insert(source.channel).second) continue;  // found to be twice when a recording is read
-    written[key] = {{"from", name}, {"unit", source.unit}};
+  io::Json written{{"missing", map.missing}}, file = io::Json::object();
+  const bool is_earth = map.velocity_frame == io::VelocityFrame::earth;
+  if (map.velocity_frame != io::VelocityFrame::ship) file["velocity_frame"] = is_earth ? "earth" : "course-and-speed";
+  if (map.position == io::PositionForm::latitude_longitude) file["position"] = "latitude-longitude";
+  file["scale_factor"] = map.scale_factor;
+  written["file"] = file;
+  for (const io::ColumnsMap::Source& source : map.columns) {
+    expect(source.factor != 0.0 && std::isfinite(source.factor), "a unit without a factor");
+    io::Json& column = written[column_name(source.channel)];
+    column["from"] = source.from.number > 0 ? io::Json(source.from.number) : io::Json(source.from.name);
+    if (!source.unit.suffix.empty()) column["unit"] = source.unit.suffix;
+    column["scale"] = source.factor / source.unit.factor;
+    column["offset"] = source.offset / source.unit.factor;
   }
+  for (const io::ColumnsMap::Derivation& derivation : map.derived)
+    written[column_name(derivation.channel)] = {{"derive", column_name(derivation.of)}};
   const io::ColumnsMap again = io::read_columns_map(files.write("again.json", io::to_text(written)));
-  expect(again.missing == map.missing && again.columns.size() == taken.size(), "written and read again, it differs");
-  for (const auto& [name, source] : again.columns)
-    expect(map.columns.at(name).channel == source.channel && map.columns.at(name).factor == source.factor,
+  expect(again.missing == map.missing && again.columns.size() == map.columns.size() &&
+             again.derived.size() == map.derived.size(),
+         "written and read again, it differs");
+  for (const io::ColumnsMap::Source& source : again.columns) {
+    const io::ColumnsMap::Source* const before = map.source_of(source.channel);
+    expect(before != nullptr && before->from == source.from && same(before->factor, source.factor) &&
+               same(before->offset, source.offset),
            "written and read again, a column differs");
-  expect_strict(std::string(text), {},
+  }
+  // A column's number as a text is a name.
+  expect_strict(std::string(text), {"from"},
                 [&](const std::string& changed) { io::read_columns_map(files.write("again.json", changed)); });
 }
 

@@ -175,7 +175,8 @@ TEST_CASE("trajectory: a columns map that is wrong is refused with the pointer t
   refused(R"({"t_sec": "time"})", "map.json: /t_sec: unknown column name");
   refused(R"({"t_s": 5})", "map.json: /t_s: expected a text, got 5");
   refused(R"({"u_mps": {"from": "u", "unit": "mph"}})", "map.json: /u_mps/unit: unknown unit 'mph'; known: mps, kn");
-  refused(R"({"u_mps": {"from": "u", "units": "kn"}})", "map.json: /u_mps/units: unknown key; known here: from, unit");
+  refused(R"({"u_mps": {"from": "u", "units": "kn"}})",
+          "map.json: /u_mps/units: unknown key; known here: derive, from");
   refused(R"({"u_mps": {"unit": "kn"}})", "map.json: /u_mps/from: missing, expected a text");
   refused(R"({"u_mps": "a", "vm_mps": "a"})", "the column 'a' is already taken");
   CHECK_THROWS_AS(io::read_columns_map("no-such-map"), UsageError);

@@ -47,6 +47,19 @@ void note_missing_channels(const std::vector<Trajectory>& recordings, Audit& res
                     without_track, recordings.size()));
 }
 
+// A derived channel agrees with its source whatever that shows.
+void note_derived_channels(const std::vector<Trajectory>& recordings, Audit& result) {
+  for (const DerivableChannel& derivable : kDerivableChannels) {
+    const auto count = std::count_if(recordings.begin(), recordings.end(), [&](const Trajectory& recording) {
+      return recording.is_derived(derivable.channel);
+    });
+    if (count > 0)
+      result.notices.push_back(
+          fmt::format("{} of {} of {} recordings is derived from {}: that they agree is no check of either",
+                      info(derivable.channel).name, count, recordings.size(), info(derivable.of).name));
+  }
+}
+
 // The stages of an audit after the windows are known to hold enough.
 class AuditStages {
  public:
@@ -193,6 +206,7 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   result.channels = channel_qualities(given, options.scale);
   note_channels(result);
   note_missing_channels(given, result);
+  note_derived_channels(given, result);
   std::vector<Trajectory> recordings;
   for (const Trajectory& recording : given)
     recordings.push_back(at_3m(without_frozen(recording, options.scale), options.scale));

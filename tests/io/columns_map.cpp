@@ -1,0 +1,113 @@
+#include "io/columns_map.hpp"
+
+#include <zlib.h>
+
+#include <catch2/catch.hpp>
+
+#include "core/errors.hpp"
+#include "io/trajectory_csv.hpp"
+#include "temporary_folder.hpp"
+
+using namespace leeway;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string gzipped(const std::string& text) {
+  z_stream stream{};
+  REQUIRE(deflateInit2(&stream, 6, Z_DEFLATED, 16 + MAX_WBITS, 8, Z_DEFAULT_STRATEGY) == Z_OK);
+  std::string packed(text.size() + 1000, '\0');
+  std::string input = text;
+  stream.next_in = reinterpret_cast<unsigned char*>(input.data());
+  stream.avail_in = static_cast<uInt>(input.size());
+  stream.next_out = reinterpret_cast<unsigned char*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  REQUIRE(deflate(&stream, Z_FINISH) == Z_STREAM_END);
+  packed.resize(packed.size() - stream.avail_out);
+  deflateEnd(&stream);
+  return packed;
+}
+
+}  // namespace
+
+TEST_CASE("columns map: what contradicts itself is refused with the pointer to the place", "[io][columns]") {
+  const test::TemporaryFolder folder;
+  const auto refused = [&](const std::string& text, const std::string& because) {
+    CAPTURE(text);
+    const std::string path = folder.write("map.json", text);
+    CHECK_THROWS_AS(io::read_columns_map(path), InputError);
+    CHECK_THROWS_WITH(io::read_columns_map(path), Contains(because));
+  };
+  refused(R"({"psi_deg": {"from": "h", "unit": "kn"}})",
+          "map.json: /psi_deg/unit: 'kn' is a unit of speed, expected one of angle: deg, rad");
+  refused(R"({"u_mps": {"from": 0}})", "/u_mps/from: expected a column's name or its number from 1, got 0");
+  refused(R"({"u_mps": {"from": 2.5}})", "/u_mps/from: expected a column's name or its number from 1, got 2.5");
+  refused(R"({"u_mps": {"from": "u", "scale": 0}})", "/u_mps/scale: expected a number from 1e-12 to 1e+12");
+  refused(R"({"u_mps": {"from": "u", "sign": 2}})", "/u_mps/sign: expected 1 or -1, got 2");
+  refused(R"({"u_mps": {"from": 2}, "vm_mps": {"from": 2}})", "/vm_mps: the column 2 is already taken");
+  refused(R"({"u_mps": "a", "u_kn": "b"})", "/u_kn: 'u' is already given by the column 'a'");
+  refused(R"({"t_s": "a", "file": {"time": {"from": "b", "format": "hms"}}})", "/t_s: stands beside /file/time");
+  refused(R"({"u_mps": "b", "file": {"time": {"from": "b", "format": "hms"}}})", "/u_mps: the column 'b' is already");
+  refused(R"({"file": {"time": {"from": ["a", "a"], "format": "iso8601"}}})", "/file/time/from: the column 'a' stands");
+  refused(R"({"file": {"time": {"from": "a", "format": "hours"}}})", "/file/time/format: expected iso8601, epoch, hms");
+  refused(R"({"file": {"time": {"from": "a", "format": "%H:%Q"}}})", "/file/time/format: expected iso8601");
+  refused(R"({"file": {"delimiter": "|"}})", "/file/delimiter");
+  refused(R"({"file": {"decimal": ","}})", "/file/decimal: a decimal comma needs another delimiter");
+  refused(R"({"file": {"separator": ","}})", "/file/separator: unknown key");
+  refused(R"({"file": {"scale_factor": 0}})", "/file/scale_factor: expected a number");
+  refused(R"({"file": {"sample_interval_s": -1}})", "/file/sample_interval_s: expected a number");
+  refused(R"({"file": {"velocity_frame": "body"}})", "/file/velocity_frame");
+  refused(R"({"u_mps": "a", "vm_mps": "b", "file": {"velocity_frame": "earth"}})", "/psi_deg: missing");
+  refused(R"({"latitude_deg": "a"})", "/latitude_deg: unknown column name");
+  refused(R"({"latitude_deg": "a", "file": {"position": "latitude-longitude"}})", "/longitude_deg: missing");
+  refused(R"({"r_degps": {"derive": "u_mps"}})", "/r_degps/derive: expected u_mps derived from x0_m");
+  refused(R"({"r_degps": {"derive": "psi_deg"}})", "/r_degps: is derived from psi_deg, which has no column");
+  refused(R"({"psi_deg": "h", "r_degps": {"derive": "psi_deg", "from": "r"}})", "/r_degps/from: unknown key");
+}
+
+TEST_CASE("columns map: what is wrong in a foreign file is named with line and column", "[io][columns]") {
+  const test::TemporaryFolder folder;
+  const auto refused = [&](const std::string& map, const std::string& text, const std::string& because) {
+    CAPTURE(map, text);
+    const io::ColumnsMap columns = io::read_columns_map(folder.write("map.json", map));
+    const std::string path = folder.write("raw.txt", text);
+    CHECK_THROWS_AS(io::read_trajectory(path, &columns), InputError);
+    CHECK_THROWS_WITH(io::read_trajectory(path, &columns), Contains(because));
+  };
+  const std::string four = R"("t_s": {"from": 1}, "u_mps": {"from": 2}, "vm_mps": {"from": 3}, "r_degps": {"from": 4})";
+  const std::string bare = "{" + four + R"(, "file": {"delimiter": "blank", "header": false, "skip_lines": 1}})";
+  refused(bare, "text\n0 1 0 0\n2 1 0 0\n1.5 1 0 0\n",
+          "raw.txt:4: column 1: time must increase, but 1.5 s follows 2 s");
+  refused(bare, "text\n0 1 0 0\n1 1 0 x\n", "raw.txt:3: column 4: expected a finite number [deg/s], got 'x'");
+  refused(bare, "text\n0 1 0\n", "raw.txt:2: no column 4; found 3 columns");
+  refused(bare, "text\n0 1 0 0\n1 1 0\n", "raw.txt:3: expected 4 fields, found 3");
+  refused(bare, "", "raw.txt:1: the file ends here; expected 1 lines before the table");
+  refused("{" + four + R"(, "psi_deg": "u"})", "t,u,v,r\n0,1,0,0\n", "column 'u': the map names it twice");
+  refused("{" + four + R"(, "psi_deg": "h"})", "t,u,v,r,h,h\n0,1,0,0,0,0\n", "column 'h': stands twice");
+  refused("{" + four + "}", "t\xFCr,u,v,r\n0,1,0,0\n", "raw.txt:1: column 1: its name holds bytes that are not UTF-8");
+  refused(R"({"u_mps": "u", "vm_mps": "v", "r_degps": "r"})", "u,v,r\n1,0,0\n", "the columns map has no time");
+  refused(R"({"t_s": "t", "u_mps": "u", "vm_mps": "v"})", "t,u,v\n1,0,0\n", R"("r_degps": {"derive": "psi_deg"})");
+  const std::string comma = "{" + four + R"(, "file": {"delimiter": ";", "decimal": ","}})";
+  refused(comma, "t;u;v;r\n0;1.5;0;0\n", "column 'u': expected a finite number [m/s] with a decimal comma, got '1.5'");
+  const std::string clock =
+      R"({"u_mps": "u", "vm_mps": "v", "r_degps": "r", "file": {"time": {"from": "t", "format": "hms"}}})";
+  refused(clock, "t,u,v,r\n10:00:00,1,0,0\n24:00:00,1,0,0\n",
+          "raw.txt:3: column 't': expected a time of day (23:59:58.5)");
+  refused(clock, "t,u,v,r\n10:00:05,1,0,0\n10:00:00,1,0,0\n",
+          "raw.txt:3: column 't': time must increase, but -5 s follows 0 s");
+}
+
+TEST_CASE("columns map: gzip is read as it lies, in several members too, and broken gzip is refused", "[io][columns]") {
+  const test::TemporaryFolder folder;
+  const std::string head = "t_s,u_mps,vm_mps,r_degps\n0,1,0,0\n", tail = "1,1,0,0\n2,1,0,0\n";
+  const std::string packed = gzipped(head) + gzipped(tail);
+  const Trajectory read = io::read_trajectory(folder.write("run.csv.gz", packed));
+  CHECK(read.name == "run");
+  CHECK(read[Channel::t] == std::vector<double>{0.0, 1.0, 2.0});
+  const std::string whole = gzipped(head + tail);
+  CHECK_THROWS_WITH(io::read_trajectory(folder.write("cut.csv.gz", whole.substr(0, whole.size() - 9))),
+                    Contains("cut.csv.gz: the gzip file ends too early"));
+  std::string bad = whole;
+  bad[14] = static_cast<char>(~bad[14]);
+  CHECK_THROWS_AS(io::read_trajectory(folder.write("bad.csv.gz", bad)), InputError);
+}
