@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -58,9 +59,14 @@ struct ActingActuators {
  private:
   static constexpr std::size_t index(Channel rudder) { return Actuators<T>::index(rudder); }
   static ActingActuators shared(const Actuators<T>& values, const ActingActuators& known) {
-    // Equal autodiff scalars may differ in their derivatives.
-    if (std::is_floating_point_v<T> && values.values == known.actuators.values) return known;
-    return ActingActuators(values);
+    return std::ranges::equal(values.values, known.actuators.values, is_same) ? known : ActingActuators(values);
+  }
+  // Autodiff scalars also in their derivatives.
+  static bool is_same(const T& a, const T& b) {
+    if constexpr (std::is_floating_point_v<T>)
+      return a == b;
+    else
+      return a.a == b.a && a.v == b.v;
   }
 };
 
