@@ -37,12 +37,10 @@ bool is_folder(const std::string& output, std::size_t recordings) {
 
 void import_into_folder(const CLI::App& app, const SimOptions& opt, const std::vector<std::string>& paths,
                         const std::vector<Trajectory>& recordings) {
-  std::vector<std::string> files, hashes, inputs{io::find_config("columns", opt.columns)};
+  std::vector<std::string> files, inputs{io::find_config("columns", opt.columns)};
   for (const Trajectory& recording : recordings) files.push_back(recording.name + ".csv");
-  for (const std::string& path : paths) hashes.push_back(input_sha256(path));
   inputs.insert(inputs.end(), paths.begin(), paths.end());
-  const io::Json generation{{"version", LEEWAY_VERSION}, {"columns", input_sha256(inputs.front())}, {"raw", hashes}};
-  io::ResultFolder folder(opt.output, "dataset.json", files, generation.dump());
+  io::ResultFolder folder(opt.output, "dataset.json", files);
   Inputs().config("columns", opt.columns).files(paths).keep_from(folder.outputs());
   folder.begin();
   io::Json listed = io::Json::array();

@@ -245,7 +245,8 @@ class RecordingReader {
   }
 
   static double converted(const ReadColumn& column, double value) {
-    return column.offset == 0.0 ? value * column.factor : value * column.factor + column.offset;
+    const bool is_as_it_stands = column.offset == 0.0 && column.factor > 0.0;  // the sum makes 0 of -0
+    return is_as_it_stands ? value * column.factor : value * column.factor + column.offset;
   }
 
   void read_field(const ReadColumn& column, std::string_view field) {
