@@ -12,7 +12,7 @@ namespace leeway::ensemble {
 namespace {
 
 constexpr double kTimeConstantRatio = 3.1622776601683795;  // of one process to the next: two a decade
-constexpr Eigen::Index kBlock = 10;  // points that are averaged, so that the sensors' noise hides less, our choice
+constexpr Eigen::Index kBlock = 10;    // points that are averaged, so that the sensors' noise hides less, our choice
 constexpr int kMostIterations = 1000;  // of the variances
 constexpr double kConverged = 1e-3;    // change of a variance that counts, by itself
 

@@ -12,12 +12,11 @@ namespace {
 
 using Columns = std::vector<std::vector<double>>;
 
-constexpr double kLinear = 3e-3;  // rms off a line, by what it spans
-constexpr double kFollows = 0.7;  // direction of the track and heading
-constexpr double kFits = 0.3, kRateFits = 0.3;
-constexpr double kRateWeight = 3.0;   // of the misfit of a rate beside that of a direction, which holds the drift
-constexpr double kSignificant = 4.0;  // standard deviations
-constexpr double kSteady = 0.3;       // scatter of revolutions by their mean
+constexpr double kLinear = 3e-3;     // rms off a line, by what it spans
+constexpr double kFollows = 0.7;     // direction of the track and heading
+constexpr double kRateFits = 0.3;    // relative misfit of a derivative
+constexpr double kRateWeight = 3.0;  // of the misfit of a rate beside that of a direction, which holds the drift
+constexpr double kSteady = 0.3;      // scatter of revolutions by their mean
 
 struct Spread {
   double mean = 0.0, sd = 0.0, low = 1e300, high = -1e300, count = 0.0;

@@ -24,7 +24,7 @@ enum class Meaning {
 struct NamedColumn {
   Meaning meaning = Meaning::unknown;
   Channel channel = Channel::t;
-  std::string unit;       ///< as in columns maps; empty where the name has none
+  std::string unit = {};  ///< as in columns maps; empty where the name has none
   bool is_earth = false;  ///< a velocity along the earth's axes
 };
 

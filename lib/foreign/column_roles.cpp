@@ -13,9 +13,7 @@
 namespace leeway::foreign {
 namespace {
 
-constexpr double kFits = 0.3;            // relative misfit up to which the kinematics decide
 constexpr double kDifferent = 1.5;       // between the misfits of two frames that can be told apart
-constexpr double kSignificant = 4.0;     // standard deviations of a rudder's response
 constexpr double kRudderVote = 0.5;      // of other channels' signs
 constexpr double kLargestRadians = 2.1;  // of a rudder angle
 

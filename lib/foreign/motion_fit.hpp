@@ -9,6 +9,9 @@
 
 namespace leeway::foreign {
 
+inline constexpr double kFits = 0.3;         ///< relative misfit up to which the kinematics decide
+inline constexpr double kSignificant = 4.0;  ///< standard deviations of a rudder's response
+
 /// Windows of a recording over which increments of positions and headings are compared with integrals of velocities, so
 /// that noise and rounding matter little.
 class Windows {

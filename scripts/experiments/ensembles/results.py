@@ -55,6 +55,20 @@ class Results:
         lines = (self.folder / "models" / f"{model}.seconds").read_text(encoding="utf-8").splitlines()
         return sum(float(line.split("\t")[0]) for line in lines if calibrated or "--member" in line.split())
 
+    def seconds_of_member(self, model):
+        """CPU time of a member that finds the base ship fitted: all but the first, in the mean. None where it is not finished."""
+        if not (self.folder / "models" / f"{model}.trained").exists():
+            return None
+        lines = (self.folder / "models" / f"{model}.seconds").read_text(encoding="utf-8").splitlines()
+        of_members = {}
+        for line in lines:
+            words = line.split()
+            if "--member" in words:
+                number = int(words[words.index("--member") + 1])
+                of_members[number] = of_members.get(number, 0.0) + float(words[0])
+        others = [seconds for number, seconds in of_members.items() if number > 0]
+        return sum(others) / len(others)
+
     def epochs(self, config):
         return self.json(f"models/{config}.json")["epochs"]
 
