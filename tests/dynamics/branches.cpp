@@ -7,7 +7,7 @@
 #include "core/units.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/model_parts.hpp"
-#include "forces/registry.hpp"
+#include "forces/force_modules.hpp"
 #include "io/files.hpp"
 
 using namespace leeway;
@@ -55,7 +55,7 @@ Vec3<double> nondimensional(const Ship& ship, const Vec3<double>& f) {
 // differences are halved until nothing but a step is left in them.
 template <typename Line>
 double largest_step(const Ship& ship, const Line& state, double a, double b) {
-  const ForceModules<double> modules(ship);
+  const ForceModules<double> modules(*ship.modules, ship.particulars);
   const auto at = [&](double x) {
     const OperatingPoint point = point_of(ship, state(x));
     return nondimensional(ship, modules.force(point.nu, point.actuators, Vec2<double>::Zero()));
@@ -105,7 +105,7 @@ TEST_CASE("branches: twice the speeds and revolutions give four times the force"
   for (const std::string& name : io::config_names("ships")) {
     Ship ship = read_ship(name);
     ship.modules->thrusters.clear();  // their force depends on the Froude number
-    const ForceModules<double> modules(ship);
+    const ForceModules<double> modules(*ship.modules, ship.particulars);
     for (const State& state :
          {State{0.9, 0.1, 0.3, 1.0, 20.0}, State{0.4, -0.5, -0.6, 0.7, -35.0}, State{-0.5, 0.2, 0.2, 1.1, 105.0},
           State{0.6, 0.02, 0.1, -1.0, -105.0}, State{-0.6, -0.02, 0.5, -0.8, 10.0}, State{0.0, 0.0, 0.0, 1.0, 30.0},
@@ -124,8 +124,8 @@ TEST_CASE("branches: twice the speeds and revolutions give four times the force"
 
 TEST_CASE("branches: forces of vectwin-150m are those of vectwin-3m by Froude's law", "[dynamics]") {
   Ship model = read_ship("vectwin-3m"), full = read_ship("vectwin-150m");
-  model.wind.reset();
-  full.wind.reset();
+  model.modules->wind.reset();
+  full.modules->wind.reset();
   const double k = model.scale, rho = full.particulars.rho / model.particulars.rho;
   for (const State& state : {State{0.9, 0.1, 0.3, 1.0, 20.0}, State{0.4, -0.5, -0.6, 0.7, -35.0},
                              State{-0.5, 0.2, 0.2, 1.1, 80.0}, State{0.2, -0.02, 0.5, 0.8, -100.0}}) {

@@ -6,6 +6,7 @@
 #include "core/units.hpp"
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/observation_noise.hpp"
+#include "forces/registry.hpp"
 
 using namespace leeway;
 using Catch::Matchers::WithinAbs;
@@ -112,7 +113,7 @@ TEST_CASE("replay: it starts at the first complete sample, and refuses what it c
 TEST_CASE("replay: a recording without a thruster's column is of the ship with the thruster idle", "[dynamics]") {
   const Ship with = read_ship("esso-osaka-3m");
   Ship without = with;
-  without.thrusters.clear();
+  without.modules->thrusters.clear();
   std::erase_if(without.actuators, [](const Actuator& a) { return a.is_optional; });
   const Trajectory recording = recorded(without, 1.0);
   REQUIRE_FALSE(recording.has(Channel::n_bt));

@@ -4,6 +4,7 @@
 
 #include "core/units.hpp"
 #include "dynamics/simulation.hpp"
+#include "forces/registry.hpp"
 
 using namespace leeway;
 using Catch::Matchers::WithinAbs;
@@ -13,7 +14,7 @@ TEST_CASE("Froude scaling: vectwin-150m sails the track of vectwin-3m, times 50,
   const Ship model = read_ship("vectwin-3m");
   Ship full = read_ship("vectwin-150m");
   // The ratio of the densities of air and water is what does not scale: give the ship the model's.
-  std::get<FujiwaraWindGeometry>(*full.wind).rho_air *= full.particulars.rho / model.particulars.rho;
+  std::get<FujiwaraWindGeometry>(*full.modules->wind).rho_air *= full.particulars.rho / model.particulars.rho;
   const double k = model.scale, root_k = std::sqrt(k);
   CHECK(k == full.particulars.L_pp / model.particulars.L_pp);
 

@@ -25,11 +25,11 @@ ShipState<double> run(const Model<double>& model, ShipState<double> state, const
 TEST_CASE("simulation: a single screw ship with equal sides sails to port as to starboard", "[dynamics]") {
   // The difference of the sides is in gamma_R, in the wake and, reversed or astern, in the side force of the propeller.
   Ship tanker = read_ship("kvlcc2-l7"), esso = read_ship("esso-osaka-3m");
-  auto& wake = std::get<StandardPropellerCoefficients<double>>(*tanker.propeller);
+  auto& wake = std::get<StandardPropellerCoefficients<double>>(*tanker.modules->propeller);
   wake.C_2_positive = wake.C_2_negative;
-  auto& standard = std::get<StandardRudderCoefficients<double>>(*tanker.rudder);
+  auto& standard = std::get<StandardRudderCoefficients<double>>(*tanker.modules->rudder);
   standard.gamma_R_positive = standard.gamma_R_negative;
-  auto& single = std::get<SingleRudderCoefficients<double>>(*esso.rudder);
+  auto& single = std::get<SingleRudderCoefficients<double>>(*esso.modules->rudder);
   single.gamma_R_positive = single.gamma_R_negative;
   for (const Ship* ship : {&tanker, &esso}) {
     const auto run_to = [&](double side) {

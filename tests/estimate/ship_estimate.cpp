@@ -10,6 +10,7 @@
 #include "dynamics/ship_draws.hpp"
 #include "dynamics/straight_run.hpp"
 #include "estimate/hull_comparison.hpp"
+#include "forces/registry.hpp"
 #include "io/files.hpp"
 #include "ship/plausibility.hpp"
 
@@ -86,7 +87,7 @@ TEST_CASE("estimate: VecTwin rudders, side thrusters and azimuth thrusters", "[e
         {{"x_m", x}, {"y_m", 0.0}, {"diameter_m", 1.3}, {"max_thrust_N", 4e4}, {"max_rps", 6.5}});
   io::JsonObject second(pushed, "f.json");
   const Ship ferry = estimate_ship(read_particulars(second), widths).ship;
-  CHECK_FALSE(ferry.propeller);
-  CHECK(ferry.thrusters.size() == 2);
+  CHECK_FALSE(ferry.has_propeller());
+  CHECK(ferry.modules->thrusters.size() == 2);
   CHECK(steady_speed(ferry, 6.5) > 1.0);
 }

@@ -10,6 +10,11 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
+ForceModules<double> modules_of(const std::string& name) {
+  const Ship ship = read_ship(name);
+  return {*ship.modules, ship.particulars};
+}
+
 Vec3<double> rudder_force(const ForceModules<double>& modules, const Vec3<double>& nu, const Actuators<double>& a) {
   const auto flow = std::visit([&](const auto& m) { return m.flow(nu, a[Channel::n_p]); }, *modules.propeller);
   return std::visit([&](const auto& m) { return m.force(nu, flow, a); }, *modules.rudder);
@@ -33,7 +38,7 @@ Actuators<double> single(double delta_deg, double n_p) {
 }  // namespace
 
 TEST_CASE("rudders: positive angles turn the bow to starboard and slow the ship", "[forces][rudder]") {
-  const ForceModules<double> twin(read_ship("vectwin-3m")), one(read_ship("esso-osaka-3m"));
+  const ForceModules<double> twin = modules_of("vectwin-3m"), one = modules_of("esso-osaka-3m");
   for (const double u : {0.0, 0.2, 0.5}) {
     const Vec3<double> a = rudder_force(twin, {u, 0.0, 0.0}, vectwin(20.0, 20.0, 10.0));
     const Vec3<double> b = rudder_force(one, {u, 0.0, 0.0}, single(20.0, 10.0));
@@ -50,7 +55,7 @@ TEST_CASE("single rudder: mirrored motion and rudder give the mirrored force", "
   Ship ship = read_ship("esso-osaka-3m");
   auto& c = std::get<SingleRudderCoefficients<double>>(*ship.modules->rudder);
   c.gamma_R_positive = c.gamma_R_negative;  // the difference of the sides is in the ship, not in the model
-  const ForceModules<double> modules(ship);
+  const ForceModules<double> modules(*ship.modules, ship.particulars);
   for (const double u : {-0.2, 0.0, 0.35})
     for (const double n : {-12.0, 0.0, 9.0})
       for (const double delta : {-35.0, 0.0, 17.0}) {
@@ -64,14 +69,14 @@ TEST_CASE("single rudder: mirrored motion and rudder give the mirrored force", "
 }
 
 TEST_CASE("single rudder: behind a strongly reversed propeller the flow comes from astern", "[forces][rudder]") {
-  const ForceModules<double> modules(read_ship("esso-osaka-3m"));
+  const ForceModules<double> modules = modules_of("esso-osaka-3m");
   const Vec3<double> force = rudder_force(modules, {0.1, 0.0, 0.0}, single(20.0, -15.0));
   CHECK(force(2) < 0.0);
   CHECK(rudder_force(modules, {-0.2, 0.0, 0.0}, single(20.0, -15.0))(2) < 0.0);
 }
 
 TEST_CASE("rudders: every branch is finite, at rest, astern, stopped, and at extreme angles", "[forces][rudder]") {
-  const ForceModules<double> twin(read_ship("vectwin-3m")), one(read_ship("esso-osaka-3m"));
+  const ForceModules<double> twin = modules_of("vectwin-3m"), one = modules_of("esso-osaka-3m");
   for (const double u : {-0.4, -1e-9, 0.0, 1e-9, 0.4})
     for (const double v : {-0.2, -1e-9, 0.0, 1e-9, 0.2})
       for (const double r : {-0.1, 0.0, 0.1})
@@ -85,13 +90,13 @@ TEST_CASE("rudders: every branch is finite, at rest, astern, stopped, and at ext
 
 TEST_CASE("VecTwin rudders: the hull's share of the yaw moment is that of x_H, negative", "[forces][rudder]") {
   // At J = 0: a_H = 0.016 and x_H' = -0.159, so N / Y = (x_R + a_H x_H) / (1 + a_H).
-  const ForceModules<double> twin(read_ship("vectwin-3m"));
+  const ForceModules<double> twin = modules_of("vectwin-3m");
   const Vec3<double> force = rudder_force(twin, Vec3<double>::Zero(), vectwin(15.0, 25.0, 10.0));
   CHECK_THAT(force(2) / force(1), WithinRel((-1.5694 - 0.016 * 0.159 * 3.0) / 1.016, 1e-12));
 }
 
 TEST_CASE("VecTwin rudders: the normal force steps by less than 2 % at 37.5 deg", "[forces][rudder]") {
-  const ForceModules<double> twin(read_ship("vectwin-3m"));
+  const ForceModules<double> twin = modules_of("vectwin-3m");
   double largest = 0.0, force = 0.0;
   for (double delta = 30.0; delta < 50.0; delta += 0.01) {
     const double next = rudder_force(twin, {0.4, 0.0, 0.0}, vectwin(0.0, delta, 10.0))(1);

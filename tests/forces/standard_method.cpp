@@ -19,15 +19,15 @@ const Ship& kvlcc2() {
 }
 
 StandardHull<double> hull() {
-  return {std::get<StandardHullCoefficients<double>>(kvlcc2().hull), kvlcc2().particulars};
+  return {std::get<StandardHullCoefficients<double>>(kvlcc2().modules->hull), kvlcc2().particulars};
 }
 
 StandardPropeller<double> propeller() {
-  return {std::get<StandardPropellerCoefficients<double>>(*kvlcc2().propeller), kvlcc2().particulars};
+  return {std::get<StandardPropellerCoefficients<double>>(*kvlcc2().modules->propeller), kvlcc2().particulars};
 }
 
 StandardRudder<double> rudder(bool equal_sides = false) {
-  auto c = std::get<StandardRudderCoefficients<double>>(*kvlcc2().rudder);
+  auto c = std::get<StandardRudderCoefficients<double>>(*kvlcc2().modules->rudder);
   if (equal_sides) c.gamma_R_positive = c.gamma_R_negative;
   return {c, kvlcc2().particulars, {0.216, 0.0}};
 }
@@ -246,8 +246,9 @@ TEST_CASE("standard rudder: mirrored motion and rudder give the mirrored force w
 
 TEST_CASE("standard method: derivatives of every module agree with central differences", "[forces]") {
   using Jet = ceres::Jet<double, 5>;  // by u, v_m, r, n, delta
-  const ForceModules<double> modules(kvlcc2());
-  const ForceModules<Jet> jet_modules(kvlcc2());
+  const Ship ship = kvlcc2();
+  const ForceModules<double> modules(*ship.modules, ship.particulars);
+  const ForceModules<Jet> jet_modules(*ship.modules, ship.particulars);
   const std::array<std::array<double, 5>, 10> points{{{1.1, 0.05, 0.02, 11.0, 0.2},    // ahead, beta_P < 0
                                                       {1.1, -0.15, 0.05, 11.0, -0.5},  // beta_P, beta_R > 0
                                                       {0.4, 0.5, 0.02, 11.0, 0.6},     // drift of more than 30 deg

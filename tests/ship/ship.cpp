@@ -35,7 +35,7 @@ TEST_CASE("ship: the shipped ships are complete, in SI and radians", "[ship]") {
   CHECK(twin.find_actuator(Channel::delta) == nullptr);
   const Ship esso = read_ship("esso-osaka-3m");
   CHECK(esso.actuator_channels() == std::vector{Channel::delta, Channel::n_p, Channel::n_bt, Channel::n_st});
-  CHECK(esso.thrusters.size() == 2);
+  CHECK(esso.modules->thrusters.size() == 2);
   CHECK(esso.find_actuator(Channel::n_st)->is_optional);
   CHECK_FALSE(twin.find_actuator(Channel::n_bt)->is_optional);
   CHECK(twin.scale == 50.0);
