@@ -80,7 +80,8 @@ TEST_CASE("cross-fitting: radii are those of so many recordings", "[ensemble][ca
   CHECK(of_eight->radii.front().channels[0].half);
   CHECK_FALSE(of_eight->radii.front().channels[0].most);  // ceil(9 * 0.9) = 9 of eight
   few.resize(1);
-  CHECK_THROWS_WITH(cross_fit({few, config, nullptr, 1, 2, nn::kernels(), {}, {}}), Contains("expected at least two"));
+  CHECK_THROWS_WITH(cross_fit({few, config, nullptr, nullptr, 1, 2, nn::kernels(), {}, {}}),
+                    Contains("expected at least two"));
 }
 
 TEST_CASE("cross-fitting: the same numbers for any number of threads; it can be stopped", "[ensemble][calibration]") {
@@ -88,13 +89,13 @@ TEST_CASE("cross-fitting: the same numbers for any number of threads; it can be 
   const TrainingConfig config = quiet_config();
   const auto base = BaseModel::read("vectwin-3m");
   int trained = 0;
-  const auto one = cross_fit({recordings, config, base, 1, 1, nn::kernels(), {}, [&] { ++trained; }});
-  const auto two = cross_fit({recordings, config, base, 1, 2, nn::kernels(), {}, {}});
+  const auto one = cross_fit({recordings, config, base, nullptr, 1, 1, nn::kernels(), {}, [&] { ++trained; }});
+  const auto two = cross_fit({recordings, config, base, nullptr, 1, 2, nn::kernels(), {}, {}});
   CHECK(trained == networks_of_cross_fit(config, recordings.size()));
   CHECK(one->disturbance == two->disturbance);
   CHECK(one->sensor_sd == two->sensor_sd);
   CHECK(one->radii == two->radii);
-  CHECK_FALSE(cross_fit({recordings, config, base, 1, 2, nn::kernels(), [] { return true; }, {}}));
+  CHECK_FALSE(cross_fit({recordings, config, base, nullptr, 1, 2, nn::kernels(), [] { return true; }, {}}));
 }
 
 TEST_CASE("calibration: what is written is read back, and a changed file is refused", "[ensemble][calibration]") {
