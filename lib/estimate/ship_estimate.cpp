@@ -364,15 +364,17 @@ double drawn_sd(const Ship& ship, const CoefficientLaw& law) {
 }
 
 // The law conditioned on ln D_T having the standard deviation tau in draws: what D_T is not linear in, the linear part
-// has to leave room for.
-Eigen::MatrixXd conditioned_on_turning(const Ship& ship, CoefficientLaw law, double D_T, double tau) {
-  constexpr double kLeastLinear = 0.4;  // of tau
-  const CoefficientLaw independent = law;
-  const Eigen::VectorXd gradient = turning_gradient(ship, law, D_T);
+// has to leave room for, and where that is not enough the law as a whole.
+Eigen::MatrixXd conditioned_on_turning(const Ship& ship, const CoefficientLaw& independent, double D_T, double tau) {
+  constexpr double kLeastLinear = 0.4, kLeastWhole = 0.8;  // of tau, of the standard deviations
+  const Eigen::VectorXd gradient = turning_gradient(ship, independent, D_T);
+  CoefficientLaw law = independent;
   law.covariance = conditioned(independent, gradient, tau);
   const double drawn = drawn_sd(ship, law), bent2 = std::max(0.0, drawn * drawn - tau * tau);
-  const double linear = std::sqrt(std::max(tau * tau - bent2, kLeastLinear * kLeastLinear * tau * tau));
-  return conditioned(independent, gradient, linear);
+  law.covariance =
+      conditioned(independent, gradient, std::sqrt(std::max(tau * tau - bent2, std::pow(kLeastLinear * tau, 2.0))));
+  const double whole = std::clamp(tau / std::max(drawn_sd(ship, law), 1e-6), kLeastWhole, 1.0);
+  return whole * whole * law.covariance;
 }
 
 }  // namespace
