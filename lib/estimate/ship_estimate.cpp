@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "core/random.hpp"
+#include "core/statistics.hpp"
 #include "core/units.hpp"
 #include "dynamics/coefficient_law.hpp"
 #include "dynamics/maneuvers.hpp"
@@ -346,6 +348,35 @@ Eigen::MatrixXd conditioned(const CoefficientLaw& law, const Eigen::VectorXd& gr
   return 0.5 * (result + result.transpose());
 }
 
+// What ln D_T of draws from the law has as standard deviation: the 95 % interval's, since both tails are bent.
+double drawn_sd(const Ship& ship, const CoefficientLaw& law) {
+  constexpr int kDraws = 100;
+  constexpr double kWidthOf95 = 2.0 * 1.959963985;
+  RandomStream random(1, "tactical diameters of an estimate");
+  std::vector<double> logs;
+  for (int i = 0; i < kDraws; ++i) {
+    Ship drawn = ship;
+    drawn.multiply(draw_factors(law, 1.0, random));
+    if (const std::optional<double> D_T = tactical_diameter(drawn)) logs.push_back(std::log(*D_T));
+  }
+  std::ranges::sort(logs);
+  return logs.size() < 2 ? 0.0 : (quantile(logs, 0.975) - quantile(logs, 0.025)) / kWidthOf95;
+}
+
+// The law conditioned on ln D_T having the standard deviation tau in draws: what D_T is not linear in, the linear part
+// has to leave room for, and where that is not enough the law as a whole.
+Eigen::MatrixXd conditioned_on_turning(const Ship& ship, const CoefficientLaw& independent, double D_T, double tau) {
+  constexpr double kLeastLinear = 0.4, kLeastWhole = 0.8;  // of tau, of the standard deviations
+  const Eigen::VectorXd gradient = turning_gradient(ship, independent, D_T);
+  CoefficientLaw law = independent;
+  law.covariance = conditioned(independent, gradient, tau);
+  const double drawn = drawn_sd(ship, law), bent2 = std::max(0.0, drawn * drawn - tau * tau);
+  law.covariance =
+      conditioned(independent, gradient, std::sqrt(std::max(tau * tau - bent2, std::pow(kLeastLinear * tau, 2.0))));
+  const double whole = std::clamp(tau / std::max(drawn_sd(ship, law), 1e-6), kLeastWhole, 1.0);
+  return whole * whole * law.covariance;
+}
+
 }  // namespace
 
 std::optional<double> tactical_diameter(const Ship& ship) {
@@ -364,7 +395,7 @@ ShipEstimate estimate_ship(const HullParticulars& particulars, const std::vector
   const std::optional<double> D_T = tactical_diameter(result.ship);
   if (width == widths.end() || !D_T || result.ship.has_twin_rudders() || !result.ship.has_rudders()) return result;
   const CoefficientLaw law = coefficient_law(result.ship);
-  const Eigen::MatrixXd covariance = conditioned(law, turning_gradient(result.ship, law, *D_T), width->sd);
+  const Eigen::MatrixXd covariance = conditioned_on_turning(result.ship, law, *D_T, width->sd);
   Json names = Json::array(), matrix = Json::array();
   for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
     names.push_back(law.coefficients[static_cast<std::size_t>(i)].name);

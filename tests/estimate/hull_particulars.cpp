@@ -65,7 +65,7 @@ TEST_CASE("particulars: a displacement is a block coefficient, drafts have a mea
 }
 
 TEST_CASE("particulars: statistics fill what is missing and each is named", "[estimate][particulars]") {
-  const CompleteHull hull = fill(particulars_with({}));
+  const CompleteHull hull = fill(particulars_with(io::Json::object()));
   CHECK(hull.assumptions.size() >= 15);
   for (const Assumption& a : hull.assumptions) CHECK(a.source.size() > 10);
   // What KVLCC2 has in truth, within what statistics of ships can do.
