@@ -97,7 +97,6 @@ class RoleFinder {
       if (is_position && roles_.position == io::PositionForm::latitude_longitude) continue;
       take(named.channel, c, named.unit);
     }
-    is_earth_by_name_ = roles_.frame == io::VelocityFrame::earth;
     if (has_velocities && has(Channel::u) && has(Channel::vm)) return;
     roles_.channels.erase(Channel::u);
     roles_.channels.erase(Channel::vm);
@@ -155,7 +154,7 @@ class RoleFinder {
                           {roles_.frame}};
     if (is_anonymous_)
       columns.frames = {io::VelocityFrame::ship, io::VelocityFrame::earth, io::VelocityFrame::course_and_speed};
-    else if (!is_earth_by_name_ && roles_.frame == io::VelocityFrame::ship)
+    else if (roles_.frame != io::VelocityFrame::course_and_speed)  // names as vx, velocity_x are used for both
       columns.frames = {io::VelocityFrame::ship, io::VelocityFrame::earth};
     const MotionFit fit = fit_motion(windows_, columns);
     if (fit.misfit > kFits) {
@@ -316,7 +315,7 @@ class RoleFinder {
   Windows windows_;
   Roles roles_;
   std::vector<double> x0_, y0_;  // [m]
-  bool is_anonymous_ = false, is_earth_by_name_ = false, is_tied_ = false;
+  bool is_anonymous_ = false, is_tied_ = false;
 };
 
 }  // namespace

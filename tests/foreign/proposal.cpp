@@ -100,6 +100,47 @@ TEST_CASE("proposal: units and signs without a word about them, by the kinematic
       kEverything);
 }
 
+TEST_CASE("proposal: a line of units below the names, and names that say less than the kinematics", "[foreign]") {
+  const std::vector<test::ForeignColumn> columns{
+      column("time", Channel::t, 1.0),          column("East", Channel::y0, 1.0),
+      column("North", Channel::x0, 1.0),        column("yaw", Channel::psi, kDegrees),
+      column("velocity_x", Channel::u, 1.0),    column("velocity_y", Channel::vm, 1.0),
+      column("yaw rate", Channel::r, kDegrees), column("rudder", Channel::delta, -kDegrees)};
+  std::string text = test::foreign_text(simulated(), columns, '\t');
+  text.insert(text.find('\n') + 1, "[s]\t[m]\t[m]\t[deg]\t[m/s]\t[m/s]\t[deg/s]\t[deg]\n");
+  const Json map = check_proposal(
+      text, {Channel::t, Channel::u, Channel::vm, Channel::r, Channel::psi, Channel::x0, Channel::y0, Channel::delta});
+  CHECK_FALSE(map["file"].contains("velocity_frame"));
+}
+
+TEST_CASE("proposal: latitude, longitude, day and month, and a turning rate per minute, as a ship logs them",
+          "[foreign]") {
+  const std::vector<test::ForeignColumn> columns{
+      {"Date", [](const Trajectory&, std::size_t) { return "13.06.2021"; }},
+      {"Time UTC",
+       [](const Trajectory& t, std::size_t i) {
+         const long ms = std::lround(1000.0 * t[Channel::t][i]);
+         return fmt::format("10:{:02}:{:02}.{:03}", ms / 60'000, ms / 1000 % 60, ms % 1000);
+       }},
+      // A sphere of the ellipsoid's radii at 54 deg is the same plane to 1e-5 over 100 m.
+      column("Latitude",
+             [](const Trajectory& t, std::size_t i) { return 54.0 + t[Channel::x0][i] * kDegrees / 6377270.0; }),
+      column("Longitude",
+             [](const Trajectory& t, std::size_t i) {
+               return 8.0 + t[Channel::y0][i] * kDegrees / (6392117.0 * std::cos(54.0 * kDegree));
+             }),
+      column("SOG [kn]", [](const Trajectory& t, std::size_t i) { return speed(t, i) / kKnot; }),
+      column("COG", course_deg),
+      column("HDG", Channel::psi, kDegrees),
+      column("ROT [deg/min]", Channel::r, 60.0 * kDegrees),
+      column("RPM", Channel::n_p, 60.0)};
+  const Json map = check_proposal("Ship: X\n" + test::foreign_text(simulated(), columns, ';'),
+                                  {Channel::t, Channel::u, Channel::vm, Channel::r, Channel::psi, Channel::n_p});
+  CHECK(map["file"]["position"] == "latitude-longitude");
+  CHECK(map["file"]["velocity_frame"] == "course-and-speed");
+  CHECK(map["file"]["time"]["format"] == "%d.%m.%Y %H:%M:%S");
+}
+
 TEST_CASE("proposal: course and speed, with decimal commas and a clock", "[foreign]") {
   const std::vector<test::ForeignColumn> columns{
       {"Time",
