@@ -117,17 +117,41 @@ class RecordingReader {
     return static_cast<std::size_t>(found - header.begin());
   }
 
+  // A map may name more than each of its files has, but not what the others need.
+  static bool is_needed(const ColumnsMap& map, Channel channel) {
+    const bool turns = map.velocity_frame != VelocityFrame::ship || map.derives(Channel::u);
+    const bool is_on_earth = map.position == PositionForm::latitude_longitude;
+    switch (channel) {
+      case Channel::t:
+      case Channel::u:
+      case Channel::vm:
+      case Channel::r:
+        return true;
+      case Channel::psi:
+        return turns || map.derives(Channel::r);
+      case Channel::x0:
+      case Channel::y0:
+        return is_on_earth || map.derives(Channel::u);
+      default:
+        return false;
+    }
+  }
+
+  bool is_absent(const ColumnReference& from) const {
+    const std::vector<std::string>& header = csv_.header();
+    return from.number == 0 && csv_.form().has_header &&
+           std::find(header.begin(), header.end(), from.name) == header.end();
+  }
+
   void find_mapped_columns(const ColumnsMap& map) {
     is_used_.resize(csv_.header().size());
-    std::vector<std::size_t> fields;
-    fields.reserve(map.columns.size());
-    for (const ColumnsMap::Source& source : map.columns) fields.push_back(field_of(source.from));
-    for (std::size_t k = 0; k < fields.size(); ++k) {
-      if (is_used_[fields[k]])
-        throw InputError(csv_.file(), csv_.line(), csv_.column_text(fields[k]),
+    for (const ColumnsMap::Source& source : map.columns) {
+      if (is_absent(source.from) && !is_needed(map, source.channel)) continue;
+      const std::size_t field = field_of(source.from);
+      if (is_used_[field])
+        throw InputError(csv_.file(), csv_.line(), csv_.column_text(field),
                          "the map names it twice, by its name and by its number");
-      const ColumnsMap::Source& source = map.columns[k];
-      take(source.channel, fields[k], source.unit, source.factor, source.offset);
+      take(source.channel, field, source.unit, source.factor, source.offset);
       if (source.channel == Channel::x0) columns_.back().is_latitude = map.position == PositionForm::latitude_longitude;
     }
     if (!map.clock) return;

@@ -97,6 +97,17 @@ TEST_CASE("columns map: what is wrong in a foreign file is named with line and c
           "raw.txt:3: column 't': time must increase, but -5 s follows 0 s");
 }
 
+TEST_CASE("columns map: a file may lack what a map names, but not what the rest needs", "[io][columns]") {
+  const test::TemporaryFolder folder;
+  const std::string raw = folder.write("raw.csv", "t,u,v,r\n0,1,0,0\n1,1,0,0\n");
+  const std::string four = R"({"t_s": "t", "u_mps": "u", "vm_mps": "v", "r_degps": "r", "psi_deg": "heading")";
+  const io::ColumnsMap more = io::read_columns_map(folder.write("map.json", four + "}"));
+  CHECK_FALSE(io::read_trajectory(raw, &more).has(Channel::psi));
+  const io::ColumnsMap earth =
+      io::read_columns_map(folder.write("map.json", four + R"(, "file": {"velocity_frame": "earth"}})"));
+  CHECK_THROWS_WITH(io::read_trajectory(raw, &earth), Contains("no column 'heading'; found t, u, v, r"));
+}
+
 TEST_CASE("columns map: gzip is read as it lies, in several members too, and broken gzip is refused", "[io][columns]") {
   const test::TemporaryFolder folder;
   const std::string head = "t_s,u_mps,vm_mps,r_degps\n0,1,0,0\n", tail = "1,1,0,0\n2,1,0,0\n";
