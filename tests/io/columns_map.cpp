@@ -23,9 +23,8 @@ std::string gzipped(const std::string& text) {
   stream.next_out = reinterpret_cast<unsigned char*>(packed.data());
   stream.avail_out = static_cast<uInt>(packed.size());
   REQUIRE(deflate(&stream, Z_FINISH) == Z_STREAM_END);
-  packed.resize(packed.size() - stream.avail_out);
   deflateEnd(&stream);
-  return packed;
+  return packed.substr(0, stream.total_out);
 }
 
 }  // namespace
