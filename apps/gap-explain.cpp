@@ -91,6 +91,8 @@ int main(int argc, char** argv) try {
     explanation = gap::gap_explain(ship, recordings, heldout, options);
   }
 
+  explanation.findings.called = cli::called(o.gap, o.output);
+
   std::vector<std::string> inputs{ship.file};
   inputs.insert(inputs.end(), files.begin(), files.end());
   inputs.insert(inputs.end(), held_files.begin(), held_files.end());

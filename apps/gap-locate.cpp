@@ -135,6 +135,8 @@ int main(int argc, char** argv) try {
     findings = ensemble ? gap::gap_locate(ensemble, recordings, options) : gap::gap_locate(ship, recordings, options);
   }
 
+  findings.called = cli::called(o.gap, o.output);
+
   std::vector<std::string> inputs{ensemble ? (std::filesystem::path(o.model) / "ensemble.json").string() : ship.file};
   inputs.insert(inputs.end(), files.begin(), files.end());
   io::Json json = gap::to_json(findings);

@@ -44,11 +44,14 @@ double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
+// Medians of the repeats, and how far these scatter.
 struct Timing {
   double wall_s = 0.0, cpu_s = 0.0;
+  double least_s = 0.0, most_s = 0.0;  // of the wall's
+  io::Json wall() const { return {{"min", least_s}, {"median", wall_s}, {"max", most_s}}; }
 };
 
-// Median over repeats after one warm-up.
+// After one warm-up.
 Timing time(int repeats, const std::function<void()>& work) {
   std::vector<double> wall, cpu;
   work();
@@ -59,7 +62,8 @@ Timing time(int repeats, const std::function<void()>& work) {
     wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     cpu.push_back(cpu_seconds() - c);
   }
-  return {median(wall), median(cpu)};
+  const auto [least, most] = std::minmax_element(wall.begin(), wall.end());
+  return {median(wall), median(cpu), *least, *most};
 }
 
 void print(const io::Json& json) { std::cout << json.dump() << std::endl; }
@@ -174,6 +178,7 @@ void bench_train(const std::string& kernel, std::size_t jobs, int repeats) {
            {"ms_step32", 1e3 * step32.wall_s},
            {"cpu_ms_step32", 1e3 * step32.cpu_s},
            {"ms_step15", 1e3 * step15.wall_s},
+           {"wall_s", step32.wall()},
            {"gflops", 1e-9 * flops / step32.wall_s},
            {"fp32_peak_gflops", 1e-9 * peak * static_cast<double>(jobs)},
            {"fraction_of_fp32_peak", flops / step32.wall_s / peak / static_cast<double>(jobs)},
@@ -209,6 +214,7 @@ void bench_predict(const nn::Kernels<float>& kernels, std::size_t jobs, int repe
            {"path", kernels.name},
            {"jobs", jobs},
            {"s_total", t.wall_s},
+           {"wall_s", t.wall()},
            {"cpu_s", t.cpu_s}});
   }
 }
@@ -225,6 +231,7 @@ void bench_pd(const nn::Kernels<float>& kernels, std::size_t jobs, int repeats) 
          {"path", kernels.name},
          {"jobs", jobs},
          {"s_total", t.wall_s},
+         {"wall_s", t.wall()},
          {"cpu_s", t.cpu_s}});
 }
 
@@ -235,7 +242,7 @@ void bench_sim(int repeats) {
       const auto maneuver = zigzag(ship, deg_to_rad(20.0), deg_to_rad(20.0));
       simulate(SimulatedShip(ship), *maneuver, Vec2<double>(0.5, 0.3), {0.1, 1.0, 1000.0});
     });
-    print({{"bench", "sim"}, {"ship", name}, {"ms_per_1000s", 1e3 * t.wall_s}});
+    print({{"bench", "sim"}, {"ship", name}, {"ms_per_1000s", 1e3 * t.wall_s}, {"wall_s", t.wall()}});
   }
 }
 
@@ -259,6 +266,7 @@ void bench_gap(std::size_t jobs, int repeats) {
          {"ship", ship.name},
          {"jobs", jobs},
          {"s_per_4000s", t.wall_s},
+         {"wall_s", t.wall()},
          {"cpu_s", t.cpu_s},
          {"rss_mb", peak_memory_mb()}});
 }
@@ -290,6 +298,7 @@ void bench_read(int repeats) {
   std::filesystem::remove(path);
   print({{"bench", "read"},
          {"mb", size_mb},
+         {"wall_s", plain.wall()},
          {"cpu_s_per_100mb", 100.0 * plain.cpu_s / size_mb},
          {"cpu_s_per_100mb_map", 100.0 * mapped.cpu_s / size_mb},
          {"map_by_plain", mapped.cpu_s / plain.cpu_s}});
@@ -316,7 +325,8 @@ int main(int argc, char** argv) try {
       ->required()
       ->check(CLI::IsMember({"train", "predict", "pd", "sim", "gap", "read"}));
   app.add_option("--repeats", repeats,
-                 "measurements after a warm-up, whose median is printed; at most 5 by read, 3 by gap, 1 by pd, at "
+                 "measurements after a warm-up, whose median is printed, beside the least and the most as wall_s; at "
+                 "most 5 by read, 3 by gap, 1 by pd, at "
                  "least 20 by sim")
       ->check(cli::at_least(1))
       ->capture_default_str();

@@ -1,5 +1,6 @@
 #include "cli/gap_options.hpp"
 
+#include "gap/result/numbers.hpp"
 #include "io/dataset_json.hpp"
 
 namespace leeway::cli {
@@ -28,6 +29,14 @@ gap::GapLocateOptions locate_options(const GapOptions& o, const CommonOptions& c
   options.jobs = common.jobs;
   options.seed = common.seed;
   return options;
+}
+
+gap::Called called(const GapOptions& o, const std::string& output) {
+  std::string recordings;
+  for (const std::string& recording : o.recordings)
+    recordings += (recordings.empty() ? "" : " ") + gap::shell_word(recording);
+  if (!o.columns.empty()) recordings += " --columns " + gap::shell_word(o.columns);
+  return {gap::shell_word(o.ship), recordings, output};
 }
 
 std::vector<std::string> recording_files(const std::vector<std::string>& given) {

@@ -23,6 +23,9 @@ CLI::Option* add_gap_options(CLI::App& app, GapOptions& options);
 /// As the library takes them, without `progress`.
 gap::GapLocateOptions locate_options(const GapOptions& options, const CommonOptions& common);
 
+/// How the tool was called, for commands that its summary proposes.
+gap::Called called(const GapOptions& options, const std::string& output);
+
 /// The CSV files that are meant: themselves, or those that a dataset.json lists.
 std::vector<std::string> recording_files(const std::vector<std::string>& given);
 

@@ -10,6 +10,7 @@ struct ActuatorDelay {
       .name = "actuator-delay",
       .number = "E31",
       .sentence = "The rudders act later than their recorded angles say.",
+      .phrase = "rudders that act {delay_s} later than recorded",
       .formula = "delta(t - delay), each rudder, linear between known angles; before the start the first angle holds",
       .source =
           "a shift in time of the recorded angle; nothing where the angles are measured at the stock without delay",

@@ -10,6 +10,7 @@ struct ActuatorLag {
       .name = "actuator-lag",
       .number = "E33",
       .sentence = "The rudders approach their recorded angles only gradually.",
+      .phrase = "rudders that approach their recorded angles with a time constant of {lag_s}",
       .formula = "d(delta_acting)/dt = (delta - delta_acting)/lag; delta_acting = delta at the start",
       .source =
           "first-order lag behind the recorded angle; nothing where the angles are measured at the stock. The prior is "

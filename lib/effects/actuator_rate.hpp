@@ -11,6 +11,7 @@ struct ActuatorRate {
       .name = "actuator-rate",
       .number = "E32",
       .sentence = "The rudders turn more slowly than their recorded angles say: the steering gear has less speed.",
+      .phrase = "rudders that turn no faster than {rate_degps}",
       .formula = "d(delta_acting)/dt = what brings it to delta, at most rate; delta_acting = delta at the start",
       .source =
           "limited rate behind the recorded angle; nothing where the angles are measured at the stock. The prior is "

@@ -10,6 +10,10 @@ struct AddedMass {
       .name = "added-mass",
       .number = "E19",
       .sentence = "The water that the ship has to accelerate with itself is more or less than the model says.",
+      .phrase =
+          "another added mass: {k_mx%} {k_mx?more|less} ahead; {k_my%} {k_my?more|less} sideways; {k_Jz%} "
+          "{k_Jz?more|less} in yaw",
+      .or_coefficient = "shallow water or another loading, or a wrong added mass; captive tests would tell",
       .formula =
           "m_x k_mx, m_y k_my, J_z k_Jz; where a ship gives only I_zG + J_z, J_z is what remains of it after I_zG = m "
           "(0.25 L)^2, not below 0",

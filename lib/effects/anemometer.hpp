@@ -12,6 +12,9 @@ struct Anemometer {
       .number = "E9",
       .sentence =
           "The anemometer on board reads too much or too little, or is turned: another wind blew than is recorded.",
+      .phrase =
+          "an anemometer error: it reads {anemometer_scale%} too {anemometer_scale?much|little}; it is turned by "
+          "{anemometer_angle_deg}",
       .formula =
           "apparent wind as measured w_m = R(psi)' w_T,recorded + (u, v_m), over ground; w_A = Rot(-anemometer_angle) "
           "w_m / anemometer_scale; the model gets w_T = R(psi) (w_A - (u, v_m)); vectors pointing to where the wind "

@@ -11,6 +11,7 @@ struct Bank {
       .name = "bank",
       .number = "E5",
       .sentence = "A bank or quay alongside sucks the passing ship towards it and pushes its bow away.",
+      .phrase = "a bank {wall_distance_m} away towards {wall_direction_deg}",
       .formula =
           "D = wall_distance - (x0, y0) . e, e = (cos wall_direction, sin wall_direction), s = sine of the angle from "
           "the bow to e (1: wall abeam to starboard); D_w = B/2 + (D - B/2 + sqrt((D - B/2)^2 + (B/20)^2))/2, f = "
@@ -23,6 +24,7 @@ struct Bank {
       .looks_like = {"body-force", "fender", "sheared-current"},
       .separating_maneuver = "passing the same wall at two speeds and two distances",
       .bound_to = BoundTo::place,
+      .is_of_surroundings = true,
       .search = SearchStart::wall,
   };
   static constexpr std::array<EffectParameter, 5> parameters{{

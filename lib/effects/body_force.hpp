@@ -10,6 +10,7 @@ struct BodyForce {
       .name = "body-force",
       .number = "E46",
       .sentence = "An unexplained constant force that turns with the ship.",
+      .phrase = "a constant force on the ship: {X_N} ahead; {Y_N} to starboard; a moment of {N_Nm} to starboard",
       .formula = "(X, Y, N) constant in ship axes at midship",
       .source = "generic: a competitor that a specific name has to beat",
       .look_alikes = "rudder-offset, propeller-walk, bank",

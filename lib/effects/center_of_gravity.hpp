@@ -10,6 +10,7 @@ struct CenterOfGravity {
       .name = "center-of-gravity",
       .number = "E16",
       .sentence = "The ship's center of gravity lies further ahead or astern than the model assumes.",
+      .phrase = "a center of gravity {x_g_change_m!} further {x_g_change_m?ahead|astern}",
       .formula = "x_G + x_g_change; I_zG and the trim stay",
       .source = "the equations of motion (MMG standard method)",
       .look_alikes = "trim in turns, a wrong point of reference",

@@ -116,6 +116,12 @@ enum class EnsembleForm { none, body_acceleration, earth_acceleration, water_vel
 struct EffectInfo {
   std::string_view name, number;  ///< as in the ship JSON; in the catalogue of missing physics
   std::string_view sentence;      ///< what it is, to a person
+  /// The same with numbers, as a clause that may follow "because of". Parts between semicolons go where their
+  /// parameters are not known, or not off. {name}: value and unit; {name%}: how far it is from where the effect
+  /// vanishes, in per cent; {name!}: likewise in its unit; {name?above|below}: a word for each side of it.
+  std::string_view phrase;
+  /// Of an effect that does nothing but multiply what a coefficient of the ship's file multiplies: both readings.
+  std::string_view or_coefficient = {};
   std::string_view formula, source;
   std::string_view look_alikes;  ///< to a person, with conditions, sensor faults and other things
   /// Effects that recordings distinguish badly from this one. The relation is symmetric: that one of two names the
@@ -131,7 +137,8 @@ struct EffectInfo {
   bool needs_turns = false;
   /// Whether it is another one on another day (a current, a wind, a pull), and so may differ between recordings.
   bool differs_by_recording = false;
-  bool changes_depth = false;  ///< whether the water is no longer deep
+  bool changes_depth = false;       ///< whether the water is no longer deep
+  bool is_of_surroundings = false;  ///< water, wind, ice, shore and tugs: the ship itself is as its file says
   SearchStart search = SearchStart::linear_step;
   EnsembleForm to_ensemble = EnsembleForm::none;
 };

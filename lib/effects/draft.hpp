@@ -10,6 +10,7 @@ struct Draft {
       .name = "draft",
       .number = "E15",
       .sentence = "The ship floats deeper or higher than the model assumes: another mass, hull force and windage.",
+      .phrase = "a draft {draft_change%} {draft_change?larger|smaller}",
       .formula =
           "d (1 + e): masses, inertia and hull forces by (1 + e); Y_v, N_v, N_r besides by the ratio of -(pi k/2 + 1.4 "
           "C_b B/L), -k, "

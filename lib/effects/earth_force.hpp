@@ -11,6 +11,7 @@ struct EarthForce {
       .name = "earth-force",
       .number = "E47",
       .sentence = "An unexplained constant force that keeps its compass direction.",
+      .phrase = "a constant force of {force_N} towards {direction_deg}",
       .formula = "force (cos dir, sin dir) in earth axes at midship, N = 0",
       .source = "generic: a competitor that a specific name has to beat",
       .look_alikes = "unmeasured-wind, wave-drift, steady-current",
@@ -18,6 +19,7 @@ struct EarthForce {
       .separating_maneuver = "reciprocal runs, different speeds, gusts",
       .formula_sd = 0.0,
       .differs_by_recording = true,
+      .is_of_surroundings = true,
       .to_ensemble = EnsembleForm::earth_acceleration,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{

@@ -11,6 +11,7 @@ struct Fender {
       .name = "fender",
       .number = "E44",
       .sentence = "The ship leans on a fendered quay, which pushes back where the hull touches.",
+      .phrase = "a fendered quay {wall_distance_m} away towards {wall_direction_deg}",
       .formula =
           "hull: a box with corners at (+-L/2, +-B/2); wall as bank, e towards it; at each corner p with penetration c "
           "= p . e - wall_distance > 0 a force -e stiffness c max(0, 1 + damping c'); no force before contact, no "
@@ -22,6 +23,7 @@ struct Fender {
       .looks_like = {"bank", "mooring", "tug"},
       .separating_maneuver = "none is needed: there is a threshold in position, and the speed does not matter",
       .bound_to = BoundTo::place,
+      .is_of_surroundings = true,
       .search = SearchStart::contact,
   };
   static constexpr std::array<EffectParameter, 4> parameters{{

@@ -11,6 +11,7 @@ struct LevelIce {
       .name = "level-ice",
       .number = "E45",
       .sentence = "The ship breaks its way through level ice, which holds it back even at low speed.",
+      .phrase = "level ice {ice_thickness_m} thick",
       .formula =
           "psi = atan(tan phi/sin alpha), phi stem angle, alpha entrance angle, mu friction, sigma flexural strength; "
           "R_c = sigma/2 h^2 (tan phi + mu cos phi/cos psi)/(1 - mu sin phi/cos psi); R_b = 27/64 sigma B h^1.5/sqrt(E/"
@@ -29,6 +30,7 @@ struct LevelIce {
       .look_alikes = "fouling, thrust-loss",
       .looks_like = {"fouling", "thrust-loss"},
       .separating_maneuver = "coasting to rest: ice stops the ship at once where water lets it glide",
+      .is_of_surroundings = true,
       .search = SearchStart::none,
   };
   static constexpr std::array<EffectParameter, 6> parameters{{

@@ -11,6 +11,7 @@ struct ModelError {
       .name = "model-error",
       .number = "-",
       .sentence = "What no model knows: small accelerations that come and go at random, alike in all conditions.",
+      .phrase = "random accelerations",
       .formula =
           "accelerations (a_u, a_v, a_r), each a sum of 64 cosines with the variance surge^2, sway^2, yaw^2 and the "
           "spectrum of an Ornstein-Uhlenbeck process of time constant tau, as varying-current; X = (m + m_x) a_u, Y = "

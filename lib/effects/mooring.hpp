@@ -10,6 +10,7 @@ struct Mooring {
       .name = "mooring",
       .number = "E43",
       .sentence = "A line or a tether holds the ship to a fixed point.",
+      .phrase = "a line to a fixed point at x0 = {anchor_x_m}; y0 = {anchor_y_m}",
       .formula =
           "q from the attachment on the ship to the anchor, F = stiffness max(0, |q| - slack_length) along q; X, Y in "
           "ship axes, N = attach_x Y - attach_y X",
@@ -18,6 +19,7 @@ struct Mooring {
       .looks_like = {"tug", "fender", "earth-force"},
       .separating_maneuver = "none is needed: it pulls to one place, more from further away; with slack, not near it",
       .bound_to = BoundTo::place,
+      .is_of_surroundings = true,
       .search = SearchStart::anchor,
   };
   static constexpr std::array<EffectParameter, 6> parameters{{

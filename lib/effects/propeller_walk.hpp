@@ -10,6 +10,7 @@ struct PropellerWalk {
       .name = "propeller-walk",
       .number = "E24",
       .sentence = "The turning propeller pushes the stern sideways, most of all when it works astern.",
+      .phrase = "propeller walk: a side force c_Y of {c_Y}; a moment c_N of {c_N}",
       .formula =
           "Y = c_Y rho D_P^4 n |n|, N = c_N rho D_P^4 L n |n|; for n < 0 both times astern_gain, for a propeller that "
           "reverses. Right-handed: c_Y > 0, c_N < 0, the stern goes to starboard ahead and to port astern",

@@ -11,6 +11,7 @@ struct RudderOffset {
       .name = "rudder-offset",
       .number = "E25",
       .sentence = "The rudder stands at another angle than its indicator says, by a constant.",
+      .phrase = "a rudder {rudder_offset_deg!} further to {rudder_offset_deg?starboard|port} than recorded",
       .formula = "delta + rudder_offset, each rudder; positive turns the bow to starboard",
       .source = "a shift of the recorded angle",
       .look_alikes = "body-force, propeller-walk",

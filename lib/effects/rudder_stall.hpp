@@ -12,6 +12,7 @@ struct RudderStall {
       .name = "rudder-stall",
       .number = "E27",
       .sentence = "At large angles the flow leaves the rudder, which then gives less force than the model says.",
+      .phrase = "a rudder that stalls beyond {stall_angle_deg}",
       .formula =
           "a: acute angle between inflow and rudder; F_N (1 - stall_depth (1 - exp(-(a - stall_angle)/stall_width))) "
           "where a > stall_angle",

@@ -10,6 +10,7 @@ struct ShallowWater {
       .name = "shallow-water",
       .number = "E4",
       .sentence = "Little water under the keel: a heavier ship that turns wider, drifts less and loses less speed.",
+      .phrase = "shallow water: {h_over_T} times the draft",
       .formula =
           "y = h/T - 1, F = T/h, b = C_b B (1 + B/L)^2/T, K0 = 1 + 0.0775/y^2 - 0.011/y^3 + 0.000068/y^5, K1 = "
           "-0.0643/y + 0.0724/y^2 - "
@@ -30,6 +31,7 @@ struct ShallowWater {
       .separating_maneuver = "a 35 deg turn with a zigzag and a stop; or two known depths",
       .needs_turns = true,
       .changes_depth = true,
+      .is_of_surroundings = true,
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"h_over_T", "water depth by draft; null: deep", kNone, kNone, 1.2, kUnbounded, log_normal(1.6, 0.4, 1.2, 20.0),

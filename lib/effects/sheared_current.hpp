@@ -11,6 +11,8 @@ struct ShearedCurrent {
       .name = "sheared-current",
       .number = "E3",
       .sentence = "The water moves steadily, but not everywhere alike: its velocity changes from place to place.",
+      .phrase =
+          "a current that changes from place to place: {current_speed_mps} towards {current_set_deg} at the origin",
       .formula =
           "V = current_speed (cos set, sin set) + G (x0, y0), G = (dVx_dx, dVx_dy; dVy_dx, dVy_dy), x north (x0) and y "
           "east (y0); equations of motion as steady-current with dV/dt = G (x0', y0'); in the hydrodynamic forces r - "
@@ -22,6 +24,7 @@ struct ShearedCurrent {
       .looks_like = {"bank", "steady-current"},
       .separating_maneuver = "crossing the shear twice, in both directions",
       .formula_sd = 0.0,
+      .is_of_surroundings = true,
   };
   static constexpr Prior kGradient3 = normal(0.0, 0.005, -0.05, 0.05), kGradient150 = normal(0.0, 7e-4, -7e-3, 7e-3);
   static constexpr std::array<EffectParameter, 6> parameters{{

@@ -11,6 +11,7 @@ struct SteadyCurrent {
       .name = "steady-current",
       .number = "E1",
       .sentence = "The water moves as a whole, steadily and everywhere alike.",
+      .phrase = "a current of {current_speed_mps} towards {current_set_deg}",
       .formula =
           "V = current_speed (cos set, sin set) in earth axes; nu_r = nu - R(psi)^T V in all equations, eta' = R nu_r "
           "+ V",
@@ -20,6 +21,7 @@ struct SteadyCurrent {
       .separating_maneuver = "reciprocal runs, or one full turning circle: its center drifts by V times the period",
       .formula_sd = 0.0,
       .differs_by_recording = true,
+      .is_of_surroundings = true,
       .to_ensemble = EnsembleForm::water_velocity,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{

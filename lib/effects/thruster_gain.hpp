@@ -10,6 +10,7 @@ struct ThrusterGain {
       .name = "thruster-gain",
       .number = "E29",
       .sentence = "The bow thruster gives less or more thrust than the model says.",
+      .phrase = "{k_BT%} {k_BT?more|less} thrust of the bow thruster",
       .formula = "K_T,BT k_BT, to both sides",
       .source = "factor on the bow thruster's thrust",
       .look_alikes = "thruster-speed-loss",

@@ -10,6 +10,7 @@ struct ThrusterSpeedLoss {
       .name = "thruster-speed-loss",
       .number = "E30",
       .sentence = "The side thrusters lose effect when the ship moves ahead or astern, more than the model says.",
+      .phrase = "side thrusters that lose 63 % of their thrust at {u_c_mps}",
       .formula = "thrust exp(-(u/u_c)^2), besides the loss that the thruster module has itself",
       .source =
           "form of the tool; size: the turning moment falls to about a half at 4 kn on a 60,000 t ship (KaMeWa and "

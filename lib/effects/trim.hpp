@@ -10,6 +10,7 @@ struct Trim {
       .name = "trim",
       .number = "E17",
       .sentence = "The ship is trimmed: by the stern it keeps its course better, by the bow worse.",
+      .phrase = "a trim by the {trim_over_draft?stern|bow} of {trim_over_draft%} of the draft",
       .formula =
           "tau = trim_over_draft: Y_v (1 + 2/3 tau), Y_r (1 + 0.80 tau), N_v (1 - 0.27 tau/l) with l = N_v/Y_v, that "
           "is N_v - 0.27 tau Y_v, N_r (1 + 0.30 tau); the other derivatives, mass and windage stay",

@@ -11,6 +11,7 @@ struct Tug {
       .name = "tug",
       .number = "E42",
       .sentence = "A tug pushes or pulls at one point of the ship for a while.",
+      .phrase = "a tow force: {force_N} towards {direction_deg} of the bow; from {t_start_s} to {t_end_s}",
       .formula = "(X, Y) = force (cos dir, sin dir) in ship axes, N = x Y - y X, for t_start <= t < t_end",
       .source = "statics",
       .look_alikes = "bank, mooring, fender, a gust",
@@ -18,6 +19,7 @@ struct Tug {
       .separating_maneuver = "none is needed: it begins and ends, and its line of action passes through the bitts",
       .formula_sd = 0.0,
       .bound_to = BoundTo::time,
+      .is_of_surroundings = true,
       .search = SearchStart::interval,
   };
   static constexpr std::array<EffectParameter, 6> parameters{{

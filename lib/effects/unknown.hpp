@@ -25,6 +25,7 @@ struct Unknown {
       .name = "unknown",
       .number = "I",
       .sentence = "Something acts that the catalogue does not hold; these terms stand for it where it was recorded.",
+      .phrase = "something that the catalogue does not hold",
       .formula =
           "X = 1/2 rho L d sum X_i t_i, Y = 1/2 rho L d sum Y_i t_i, N = 1/2 rho L^2 d sum N_i t_i; t_i [m^2/s^2] of "
           "u, "

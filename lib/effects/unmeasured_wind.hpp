@@ -12,6 +12,7 @@ struct UnmeasuredWind {
       .name = "unmeasured-wind",
       .number = "E10",
       .sentence = "A steady wind blows that the recording does not hold; it adds to the wind that it does hold.",
+      .phrase = "an unrecorded wind of {wind_speed_mps} from {wind_dir_deg}",
       .formula =
           "w_T = w_T,recorded + wind_speed (cos dir, sin dir), vectors pointing to where the wind comes from; then the "
           "wind module",
@@ -20,6 +21,7 @@ struct UnmeasuredWind {
       .looks_like = {"wave-drift", "earth-force", "steady-current"},
       .separating_maneuver = "different ship speeds, reciprocal runs, and stopping to drift",
       .differs_by_recording = true,
+      .is_of_surroundings = true,
       .search = SearchStart::compass,
       .to_ensemble = EnsembleForm::wind_velocity,
   };

@@ -12,6 +12,7 @@ struct VaryingCurrent {
       .name = "varying-current",
       .number = "E2",
       .sentence = "The water moves as a whole, and its motion changes slowly with time, alike on all headings.",
+      .phrase = "a current that changes slowly, by about {current_sd_mps}",
       .formula =
           "each earth component of V is a sum of 64 cosines with the variance current_sd^2 and the spectrum of an "
           "Ornstein-Uhlenbeck process of time constant tau, cut off at omega tau = 20; phases and frequencies from the "
@@ -24,6 +25,7 @@ struct VaryingCurrent {
       .separating_maneuver = "the same maneuver at another time",
       .formula_sd = 0.0,
       .differs_by_recording = true,
+      .is_of_surroundings = true,
       .search = SearchStart::course,
   };
   static constexpr std::size_t kCosines = 4;  ///< of the course, with the constant

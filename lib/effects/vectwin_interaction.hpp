@@ -10,6 +10,7 @@ struct VectwinInteraction {
       .name = "vectwin-interaction",
       .number = "E28",
       .sentence = "Two rudders that stand at different angles disturb each other more than the model says.",
+      .phrase = "rudders that lose {k_interaction%} {k_interaction?more|less} force to each other at a right angle",
       .formula =
           "g = |sin(delta_s - delta_p)|; F_N,P and F_N,S by (1 - k_interaction g); X - k_interaction g (rho/2) A_R "
           "(0.7 n P)^2 with the propeller's pitch P, 0 at n < 0",

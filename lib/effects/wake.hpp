@@ -12,6 +12,7 @@ struct Wake {
       .sentence =
           "The propeller works in a stronger or weaker wake than the model says; thrust and slipstream change "
           "together.",
+      .phrase = "a wake fraction {wake_fraction_increase!} {wake_fraction_increase?larger|smaller}",
       .formula = "w_P + wake_fraction_increase, ahead",
       .source = "shift of the ship's wake fraction",
       .look_alikes = "rudder-effectiveness, shallow-water",

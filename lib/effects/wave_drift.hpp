@@ -11,6 +11,7 @@ struct WaveDrift {
       .name = "wave-drift",
       .number = "E12",
       .sentence = "Waves push the ship slowly to leeward: the mean second-order force of an irregular sea.",
+      .phrase = "waves of {hs_m} significant height from {wave_from_deg}",
       .formula =
           "mu = wave_from - psi; X = -rho g (B^2/L)(hs^2/8) C_X cos mu; Y = -rho g L (hs^2/16) C_Y sin mu |sin mu|; "
           "N = -rho g L^2 (hs^2/16) C_N sin 2 mu",
@@ -21,6 +22,7 @@ struct WaveDrift {
       .look_alikes = "unmeasured-wind, earth-force",
       .looks_like = {"unmeasured-wind", "earth-force"},
       .separating_maneuver = "a change of speed; runs in calm wind with swell; no correlation with gusts",
+      .is_of_surroundings = true,
   };
   static constexpr std::array<EffectParameter, 5> parameters{{
       {"hs_m", "significant wave height", 0.0, kNone, 0.0, kUnbounded, log_normal(0.01, 0.8, 0.0, 0.1),

@@ -11,7 +11,9 @@
 #include "gap/decide/found.hpp"
 #include "gap/gap_locate.hpp"
 #include "gap/show/before_after.hpp"
+#include "gap/show/beyond_recorded.hpp"
 #include "gap/show/hypotheses.hpp"
+#include "gap/show/ship_file.hpp"
 #include "ship/pitch_current.hpp"
 
 namespace leeway::gap {
@@ -91,7 +93,11 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     const Coordinates z = coordinates_of(answer.fit);
     explanation.current_paths = current_paths(campaign, answer.hypothesis, z.mean, answer.kappa * z.covariance);
   }
-  show_before_after({ship, campaign, findings, investigation.null, comparison, answer, options}, heldout, explanation);
+  const Answered answered{ship, campaign, findings, investigation.null, comparison, answer, options};
+  show_before_after(answered, heldout, explanation);
+  progress(0.96, "modules of the ship file, one by one");
+  explanation.ship_file = judge_ship_file(answered, explanation);
+  explanation.beyond_recorded = turning_beyond_recorded(answered, explanation);
 
   findings.grossly_inconsistent = errs_grossly(answer.fit.report);
   explanation.notices.insert(explanation.notices.begin(), findings.notices.begin(), findings.notices.end());

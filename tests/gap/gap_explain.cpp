@@ -117,6 +117,45 @@ TEST_CASE("gap-explain: where nothing is missing nothing is chosen, and wrong co
   CHECK(explanation.heldout.after.free_runs.at(100).rmse_position_m < 0.8 * before);
 }
 
+TEST_CASE("gap-explain: a resistance that is off is told as such, and nothing where the file is right", "[gap][long]") {
+  const Ship stated = read_ship("esso-osaka-3m");
+  Ship truth = stated;
+  truth.multiply({{"hull.resistance", 0.8}});
+  for (const bool is_off : {true, false}) {
+    CAPTURE(is_off);
+    std::vector<Trajectory> none,
+        recordings = test::recorded({"esso-osaka-3m", 5, 4, 200.0, 1.0, 0.5}, is_off ? truth : stated);
+    const gap::Explanation explanation = gap::gap_explain(stated, recordings, none, two_jobs());
+    CHECK(explanation.verdict == gap::Verdict::no_mismatch);
+    const gap::ShipFile& file = explanation.ship_file;
+    CAPTURE(file.sentence);
+    CHECK(file.modules.size() == 6);  // inertia, hull, propeller, rudder, thruster, wind
+    if (!is_off) {
+      CHECK(file.state == gap::ShipFileState::as_stated);
+      CHECK(file.findings.empty());
+      CHECK_THAT(gap::headline(explanation), Contains("the ship file agrees"));
+      continue;
+    }
+    CHECK(file.state == gap::ShipFileState::off);
+    // Resistance or thrust: from recordings of a ship that keeps its revolutions nobody knows.
+    REQUIRE(!file.off.empty());
+    const gap::CalibratedModule& module = file.off.front();
+    CHECK((module.name == "hull" || module.name == "propeller"));
+    const auto change = std::find_if(module.changes.begin(), module.changes.end(), [](const gap::ModuleChange& c) {
+      return c.quantity == "resistance" || c.quantity == "thrust";
+    });
+    REQUIRE(change != module.changes.end());
+    const double truly = change->quantity == "resistance" ? 0.8 : 1.25;
+    CHECK(change->by.low < 1.02 * truly);
+    CHECK(change->by.high > 0.98 * truly);
+    CHECK_THAT(gap::headline(explanation),
+               Contains("No missing physics; the ship file is off") && Contains("with ship.json errors fall"));
+    const io::Json json = to_json(explanation);
+    CHECK(json["ship_file"]["state"] == "off");
+    CHECK(json["modules"]["hull"].get<double>() > 10.0);
+  }
+}
+
 TEST_CASE("gap-explain: coefficients with which held-out recordings get worse are not written", "[gap][long]") {
   std::vector<Trajectory> recordings =
       test::recorded({"esso-osaka-3m", 3, 4, 200.0, 1.0, 0.5}, test::perturbed_ship("esso-osaka-3m", 0.1, 9));

@@ -61,6 +61,8 @@ inline gap::FreeTrack free_track(const std::string& recording, std::size_t k, do
     track.t_s.push_back(static_cast<double>(i));
     track.measured.push_back(measured);
     track.run.push_back(run);
+    track.measured_nu.emplace_back(0.4, 0.05 * share, deg_to_rad(1.0));
+    track.run_nu.emplace_back(0.4 + 0.01 * astray, 0.05 * share, i == points / 2 ? kMissing : deg_to_rad(1.2));
   }
   return track;
 }

@@ -10,7 +10,7 @@ namespace leeway::gap {
 /// A fault against the recordings without it.
 struct FaultTest {
   double p_value = 1.0;                              ///< family-wise
-  double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< [nats], mean over units and its standard error
+  double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< [nats], sum over what was left out, and its standard error
 };
 /// Whether it predicts what was left out better beyond chance; where p is certain, one standard error is enough.
 bool predicts_better(const FaultTest& test, double false_alarm, const Policy& policy = kPolicy);

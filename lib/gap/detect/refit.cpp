@@ -100,10 +100,10 @@ void add_heldout_gain(Refit& result, const Campaign& campaign, const Blocks& blo
                     kappa);
   }
   const auto n = static_cast<double>(gains.size());
-  result.gain = std::accumulate(gains.begin(), gains.end(), 0.0) / n;
+  result.gain = std::accumulate(gains.begin(), gains.end(), 0.0);
   double spread = 0.0;
-  for (const double gain : gains) spread += (gain - result.gain) * (gain - result.gain);
-  result.gain_sd = n > 1.0 ? std::sqrt(spread / (n - 1.0) / n) : 0.0;
+  for (const double gain : gains) spread += (gain - result.gain / n) * (gain - result.gain / n);
+  result.gain_sd = n > 1.0 ? std::sqrt(spread / (n - 1.0) * n) : 0.0;
 }
 
 }  // namespace

@@ -372,6 +372,8 @@ struct DecidePolicy {
   double gross_error = 0.5;  ///< [-] model error by typical acceleration that counts as large there | origin: choice
   double least_typical = 1e-12;  ///< [m/s^2, rad/s^2] floor of the typical acceleration before dividing by it | origin: choice, rounding
   double error_of_forms = 0.1;  ///< [-] of the typical acceleration: what simulators leave that lack nothing; less is not called unknown | origin: measured, docs/proof.md
+  double stated_sds = 2.0;  ///< [stated sd] beyond which a coefficient's interval contradicts the ship file | origin: choice, 5 %
+  double least_determined = 1.0;  ///< [coefficients] that the recordings must know better than the file, to say that it is as stated | origin: choice
   double strong_odds = 5.7;  ///< [nats] posterior odds from which on the p-value is not asked: 300 to 1 | origin: choice
   double unexplained = 0.5;  ///< [-] of the model error's energy that what is named must take away | origin: choice
   double open_reading = 3.0;  ///< [nats] log-odds of a reading that short times do not decide | origin: choice
@@ -395,7 +397,12 @@ struct ShowPolicy {
   double worthwhile_fall = 0.05;  ///< [ln] of the errors of free runs over what was left out, for something learned or fitted to be kept | origin: choice
   double as_stated_log_sd = 1e-3;  ///< [ln] sd of a coefficient that is as in the ship file | origin: choice, as good as fixed
   double likelier_nats = 3.0;  ///< [nats] by which coefficients fitted anew must be more likely than those of the ship file | origin: choice
+  std::int64_t module_steps = 6;  ///< [steps] of a fit of one module's coefficients alone | origin: choice, time
+  double difference_sd = 1e-2;  ///< [posterior sd] of a coefficient, for the slope of a module's force | origin: choice, rounding
+  std::size_t most_changes = 3;  ///< [quantities] of one module that are told | origin: choice
   double same_log_factor = 1e-3;  ///< [ln] of the factor on a coefficient: nearer to 1 is not written down | origin: choice
+  double as_much_rudder = 0.9;  ///< [-] of the rudder of a turning circle: as much was recorded | origin: choice
+  std::size_t turning_draws = 64;  ///< [draws] of the posterior that turn with more rudder than was recorded | origin: choice, time
   std::size_t outcome_draws = 4000;  ///< [draws] of what a maneuver would record, for the expected probability of the best hypothesis | origin: choice, time
   double apart_squared = 1e4;  ///< [sd^2] squared distance of hypotheses that nothing could confuse | origin: choice
   double least_probability = 1e-300;  ///< [-] of a hypothesis: floor before its logarithm | origin: choice, rounding
@@ -425,8 +432,12 @@ struct ReportPolicy {
   double least_evidence = 3.0;  ///< [nats] below which the summary says nothing of a frame or a module | origin: choice
   double beyond_hull_L = 0.5;  ///< [L_pp] from midship: a line of action farther off is called a turning moment | origin: theory, the hull ends there
   double shifted_sd = 2.0;  ///< [sd] as stated, and as fitted, by which a coefficient must be off to be listed | origin: choice, 5 %
+  std::size_t most_findings = 2;  ///< [findings] of the ship file that the headline tells | origin: choice
+  double least_share = 0.005;  ///< [-] of what is missing: less is not worth a word | origin: choice
+  double told_as_times = 2.0;  ///< [-] of errors: from here on "3 times", below in per cent | origin: choice
   std::size_t line_width = 100;  ///< [characters] of a line of the summary | origin: choice
   std::size_t label_width = 12;  ///< [characters] of its labels | origin: choice
+  std::int64_t most_digits = 3;  ///< [digits] of a number in a headline | origin: choice
   std::int64_t most_decimals = 6;  ///< [digits] of a number in a sentence | origin: choice
   std::size_t points_per_line = 1500;  ///< [points] of a line in the page, about the pixels of a wide screen | origin: choice
   std::size_t points_in_all = 20000;  ///< [points] per axis: keeps a page of many recordings below 3 MB | origin: measured

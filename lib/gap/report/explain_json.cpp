@@ -46,7 +46,8 @@ Json to_json(const Explained& hypothesis) {
              {"sd", number(p.sd)},
              {"ci95", {number(p.low), number(p.high)}},
              {"prior95", {number(p.prior_low), number(p.prior_high)}},
-             {"unit", unit_of(p.name)}};
+             {"unit", unit_of(p.name)},
+             {"at_bound", p.is_at_bound}};
     // Two effects may have parameters of the same name.
     const bool is_taken = parameters.contains(p.name) && parameters[p.name]["effect"] != p.effect;
     Json& place = parameters[is_taken ? p.effect + "." + p.name : p.name];
@@ -67,9 +68,45 @@ Json to_json(const Explained& hypothesis) {
           {"sentence", hypothesis.sentence}};
 }
 
+std::string_view word(ShipFileState state) {
+  switch (state) {
+    case ShipFileState::as_stated:
+      return "as-stated";
+    case ShipFileState::off:
+      return "off";
+    case ShipFileState::cannot_tell:
+      break;
+  }
+  return "cannot-tell";
+}
+
+Json to_json(const ShipFile& file) {
+  Json findings = Json::array();
+  for (const ShipFileFinding& f : file.findings)
+    findings.push_back({{"name", f.name},
+                        {"factor", number(f.by.factor)},
+                        {"ci95", {number(f.by.low), number(f.by.high)}},
+                        {"stated_log_sd", number(f.stated_log_sd)},
+                        {"heldout_gain", number(f.heldout_gain)},
+                        {"sentence", f.sentence}});
+  return {{"state", word(file.state)},
+          {"sentence", file.sentence},
+          {"heldout_gain", number(file.heldout_gain)},
+          {"heldout_gain_sd", number(file.heldout_gain_sd)},
+          {"findings", findings}};
+}
+
 }  // namespace
 
 Json to_json(const Explanation& explanation) {
+  Json modules = Json::object();
+  for (const CalibratedModule& module : explanation.ship_file.modules) modules[module.name] = number(module.gain);
+  Json beyond;
+  if (const auto& b = explanation.beyond_recorded)
+    beyond = {{"recorded_rudder_deg", number(b->recorded_deg)},
+              {"rudder_deg", number(b->rudder_deg)},
+              {"tactical_diameter_L", number(b->diameter_L)},
+              {"ci95", {number(b->low_L), number(b->high_L)}}};
   Json locate = to_json(explanation.findings), hypotheses = Json::array();
   for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
   Json ships = Json::object();
@@ -80,10 +117,11 @@ Json to_json(const Explanation& explanation) {
   Json differences = Json::object();
   for (const CoefficientFactor& by : explanation.coefficient_factors)
     (by.shift != 0.0 ? differences : factors)[by.name] = number(by.shift != 0.0 ? by.shift : by.factor);
+  const std::string ship = explanation.findings.called.ship.empty() ? "SHIP.json" : explanation.findings.called.ship;
   Json next = Json::array();
   for (const NextManeuver& maneuver : explanation.next)
     next.push_back({{"maneuver", maneuver.name},
-                    {"command", "mmg-sim " + maneuver.command},
+                    {"command", fmt::format("mmg-sim {} --ship {} -o planned.csv", maneuver.command, ship)},
                     {"duration_s", maneuver.duration_s},
                     {"p_right", number(maneuver.p_right)}});
   return {
@@ -92,6 +130,8 @@ Json to_json(const Explanation& explanation) {
       {"p_value", number(explanation.p_value)},
       {"sentence", headline(explanation)},
       {"located", locate["located"]},
+      {"ship_file", to_json(explanation.ship_file)},
+      {"modules", modules},
       {"hypotheses", hypotheses},
       {"chosen", explanation.chosen},
       {"is_complete", explanation.is_complete},
@@ -109,6 +149,7 @@ Json to_json(const Explanation& explanation) {
         {"log_error_with", number(explanation.log_error_with_network)}}},
       {"coefficient_factors", factors},
       {"coefficient_shifts", differences},
+      {"beyond_recorded", beyond},
       {"ship", "ship.json"},
       {"currents", currents},
       {"ships", ships},

@@ -150,10 +150,19 @@ Json drawn(const FreeTrack& track, std::size_t limit) {
     lines[3].push_back(track.measured[i](1));
   }
   const std::vector<std::size_t> at = thinned(lines, count, limit);
-  return {{"x0_m", picked(lines[0], at, 7)},
-          {"y0_m", picked(lines[1], at, 7)},
-          {"measured_x0_m", picked(lines[2], at, 7)},
-          {"measured_y0_m", picked(lines[3], at, 7)}};
+  Json velocities = Json::array();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double factor = axis < 2 ? 1.0 : 1.0 / kDegree;
+    const std::array<std::vector<double>, 2> of{component(track.run_nu, axis, count, factor),
+                                                component(track.measured_nu, axis, count, factor)};
+    const std::vector<std::size_t> shown = thinned(of, count, limit);
+    velocities.push_back({{"t_s", picked(track.t_s, shown, 8)},
+                          {"run", picked(of[0], shown, 5)},
+                          {"measured", picked(of[1], shown, 5)}});
+  }
+  return {{"t_s", picked(track.t_s, at, 8)},          {"x0_m", picked(lines[0], at, 7)},
+          {"y0_m", picked(lines[1], at, 7)},          {"measured_x0_m", picked(lines[2], at, 7)},
+          {"measured_y0_m", picked(lines[3], at, 7)}, {"velocities", velocities}};
 }
 
 std::string page_of(const Findings& findings, const Json& explanation, const std::string& summary,

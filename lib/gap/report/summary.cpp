@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "core/units.hpp"
+#include "effects/description.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/report/words.hpp"
 #include "gap/show/next_maneuver.hpp"
@@ -67,6 +68,8 @@ class Screen {
       label = "";
     }
   }
+  /// A command, which stays on one line however long it is, so that it can be copied.
+  void command(const std::string& line) { text_ += fmt::format("{:<{}}{}\n", "", kLabel, line); }
   std::string text() && { return std::move(text_); }
 
  private:
@@ -92,7 +95,8 @@ std::string sensors(const Findings& findings) {
     return first_of(
         audit.faults, 3, 4, [](const Fault& f) { return f.sentence; },
         findings.corrected ? ". Taken out before what follows." : ". Still in the data: it spoils what follows.");
-  if (audit.verdict() == Audit::Verdict::consistent) return "the recordings agree with themselves";
+  if (audit.verdict() == Audit::Verdict::consistent)
+    return "no sensor fault found: the recordings agree with themselves";
   return "not checked" + (audit.notices.empty() ? "" : ": " + audit.notices.front());
 }
 
@@ -108,9 +112,11 @@ void add_where(Screen& screen, const Findings& findings) {
   if (located.share.sum() > 0.0 && findings.verdict != Verdict::no_mismatch) {
     std::array<int, 3> axes{0, 1, 2};
     std::sort(axes.begin(), axes.end(), [&](int a, int b) { return located.share(a) > located.share(b); });
+    std::vector<int> shown(axes.begin(), axes.end());
+    std::erase_if(shown, [&](int a) { return located.share(a) < kPolicy.report.least_share; });
     screen.item("Direction",
                 first_of(
-                    axes, 3, 1,
+                    shown, 3, 1,
                     [&](int a) {
                       return fmt::format("{} {}", kAxisNames[static_cast<std::size_t>(a)], percent(located.share(a)));
                     },
@@ -135,12 +141,15 @@ void add_where(Screen& screen, const Findings& findings) {
                          }),
                 3);
   if (!located.frames.empty() && located.frames.front().log_evidence > kPolicy.report.least_evidence)
-    screen.item("Steady in",
-                fmt::format("the force {}: this explains {} of it", frame_meaning(located.frames.front().name),
-                            percent(located.frames.front().share)),
+    screen.item("Frame",
+                fmt::format("what acts {}{}: this explains {} of it",
+                            frame_meaning(located.frames.front().name).starts_with("fixed") ? "is " : "",
+                            frame_meaning(located.frames.front().name), percent(located.frames.front().share)),
                 1);
-  if (!located.regimes.empty())
-    screen.item("Goes with", first_of(located.regimes, 2, 3, [](const Regime& r) { return r.sentence; }), 3);
+  std::vector<Regime> regimes = located.regimes;
+  std::erase_if(regimes, [](const Regime& r) { return r.share < kPolicy.report.least_share; });
+  if (!regimes.empty())
+    screen.item("Goes with", first_of(regimes, 2, 3, [](const Regime& r) { return r.sentence; }), 3);
   if (!located.modules.empty() && located.modules.front().log_likelihood_gain > kPolicy.report.least_evidence)
     screen.item("Module",
                 fmt::format("a {} force that may vary leaves {} of the model error", located.modules.front().module,
@@ -161,13 +170,30 @@ std::string next_step(const Findings& findings) {
     return "train the ensemble with maneuvers like those of the intervals above; locate.json says which inputs";
   switch (findings.verdict) {
     case Verdict::mismatch:
-      return "gap-explain, to name what is missing; report.html shows when and where";
+      return "name what is missing with gap-explain; report.html shows when and where";
     case Verdict::no_mismatch:
-      return "nothing to add to the model on this evidence; the model error above is what remains";
+      return "nothing is missing on this evidence; gap-explain says whether the ship file's coefficients are right";
     case Verdict::undecided:
       break;
   }
   return "more recordings: other headings, speeds and maneuvers than these";
+}
+
+std::string without_slash(std::string folder) {
+  while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
+  return folder;
+}
+
+bool changes_ship(const Explanation& explanation) {
+  return !explanation.effects.empty() || !explanation.coefficient_factors.empty() ||
+         explanation.residual_network != nullptr;
+}
+
+// What names what is missing, with the recordings of this call.
+void add_gap_explain(Screen& screen, const Called& called) {
+  if (called.ship.empty()) return;
+  screen.command(fmt::format("gap-explain --ship {} {} -o {}", called.ship, called.recordings,
+                             shell_word(without_slash(called.output) + "-explained")));
 }
 
 std::string capitals(Verdict verdict) {
@@ -185,7 +211,7 @@ void add_sensors(Screen& screen, const Findings& findings) {
                     findings.corrected ? ". Read so in what follows." : ". Not read so: it spoils what follows."),
                 3);
   else if (!findings.conventions.tested.empty())
-    screen.item("Conventions", "signs, units and frames read as stated fit best", 1);
+    screen.item("Conventions", "no unit or sign error found", 1);
   screen.item("Sensors", sensors(findings), 4);
 }
 
@@ -212,30 +238,181 @@ void add_parameters(Screen& screen, const std::vector<ParameterShift>& parameter
                 2);
 }
 
+// What to record next.
+std::string next_recording(const Explanation& explanation) {
+  const Recommended which = recommended(explanation.next, explanation.p_right);
+  const NextManeuver& best = explanation.next[which.place];
+  const std::string now = fmt::format("{:.2f}", explanation.p_right), then = fmt::format("{:.2f}", best.p_right);
+  if (which.is_worthwhile)
+    return fmt::format("record {} ({:.0f} s): the probability of the right name rises from {} to {}", best.name,
+                       best.duration_s, now, then);
+  return fmt::format(
+      "more recordings: no single maneuver of the menu would decide (probability of the right name {}; {} after {})",
+      now, then, best.name);
+}
+
+bool are_of_surroundings(const std::vector<std::string>& names) {
+  return std::all_of(names.begin(), names.end(), [](const std::string& name) {
+    return find_effect(name) && effect_named(name).info.is_of_surroundings;
+  });
+}
+
+// What somebody who has read no more than this should do.
+std::string advice(const Explanation& explanation) {
+  const Findings& findings = explanation.findings;
+  if (!findings.conventions.contradicted.empty())
+    return "correct signs, units and frames as said above (a columns map, or the recorder's manual), then run again";
+  if (!findings.audit.faults.empty())
+    return findings.corrected ? "repair the sensor, or correct its recordings as said above; what follows was found "
+                                "with them corrected"
+                              : "repair or correct the sensors, then run again";
+  std::vector<std::string> named;
+  bool is_unknown = false;
+  for (const std::string& name : explanation.chosen)
+    if (search_start(name) == SearchStart::terms)
+      is_unknown = true;
+    else
+      named.push_back(name);
+  if (!named.empty() && !is_unknown)
+    return are_of_surroundings(named)
+               ? (explanation.effects.empty()
+                      ? "the ship file can stay: what acted came from outside"
+                      : "the ship file can stay: what acted came from outside, and ship.json has "
+                        "it for such conditions")
+               : "use ship.json as long as the ship is so; with the cause mended, the ship file";
+  const bool is_off = explanation.ship_file.state == ShipFileState::off;
+  if (is_off && !explanation.coefficient_factors.empty() &&
+      (!is_unknown || !fall_of_errors(explanation.heldout).empty()))
+    return "use ship.json, whose coefficients were fitted, in place of the ship file";
+  if (is_off && !is_unknown) return "check the coefficients named above in the ship file";
+  if (is_unknown)
+    return "look in report.html when and where it acts: what is not in the catalogue has to be thought of";
+  if (explanation.verdict == Verdict::no_mismatch && explanation.ship_file.state == ShipFileState::as_stated)
+    return "use the ship file as it is";
+  return "record more before anything is changed: other headings, speeds and maneuvers than these";
+}
+
+// What to record next; empty where nothing would tell more.
 std::string next_step(const Explanation& explanation, const Explained* what) {
   const Findings& findings = explanation.findings;
-  if (!findings.conventions.contradicted.empty()) return next_step(findings);
+  if (!findings.conventions.contradicted.empty()) return "";
   if (!findings.audit.faults.empty())
-    return findings.corrected && what != nullptr && !what->confusable_with.empty()
+    return findings.corrected && what != nullptr && !what->confusable_with.empty() && !what->separating_maneuver.empty()
                ? "record " + what->separating_maneuver
-               : next_step(findings);
+               : "";
+  return explanation.next.empty() ? "" : next_recording(explanation);
+}
+
+// Commands that run as they stand: the maneuver to record, and ship.json where it differs from the ship as it was.
+void add_commands(Screen& screen, const Explanation& explanation) {
+  const Called& called = explanation.findings.called;
+  if (called.ship.empty()) return;
   if (!explanation.next.empty()) {
     const Recommended which = recommended(explanation.next, explanation.p_right);
-    const NextManeuver& best = explanation.next[which.place];
     if (which.is_worthwhile)
-      return fmt::format("record {} ({:.0f} s; mmg-sim {}): probability of the right name {:.2f} -> {:.2f}", best.name,
-                         best.duration_s, best.command, explanation.p_right, best.p_right);
-    return fmt::format(
-        "more recordings: no single maneuver of the menu would decide (probability of the right name {:.2f} -> {:.2f} "
-        "at best, by {})",
-        explanation.p_right, best.p_right, best.name);
+      screen.command(fmt::format("mmg-sim {} --ship {} -o planned.csv   # what to expect of it",
+                                 explanation.next[which.place].command, called.ship));
   }
-  if (explanation.verdict == Verdict::no_mismatch) return next_step(findings);
-  if (what == nullptr)
-    return explanation.verdict == Verdict::mismatch
-               ? "report.html shows when and where; what is not in the catalogue has to be thought of"
-               : "more recordings: other headings, speeds and maneuvers than these";
-  return "mmg-sim --ship ship.json runs the simulator with what was missing";
+  if (changes_ship(explanation))
+    screen.command(fmt::format("mmg-sim zigzag --ship {} --rudder-deg 10 --heading-deg 10 -o zigzag.csv",
+                               shell_word(without_slash(called.output) + "/ship.json")));
+}
+
+void add_ship_file(Screen& screen, const Explanation& explanation) {
+  const ShipFile& file = explanation.ship_file;
+  screen.item("Ship file", file.sentence, 5);
+  if (file.state == ShipFileState::off && file.heldout_gain > 0.0)
+    screen.item(
+        "", fmt::format("with all coefficients fitted it {}", gain_words(file.heldout_gain, file.heldout_gain_sd)), 2);
+  if (const auto& beyond = explanation.beyond_recorded)
+    screen.item(
+        "",
+        fmt::format("Warning: fitted to rudder angles up to {:.0f} deg. At {:.0f} deg ship.json turns with a tactical "
+                    "diameter of {} ship lengths (95 %)",
+                    beyond->recorded_deg, beyond->rudder_deg, between(beyond->low_L, beyond->high_L)),
+        2);
+}
+
+// Where a parameter differs between recordings, its mean stands for it.
+bool is_shown(const ExplainedParameter& p, const Explained& what) {
+  return p.recording.empty() ||
+         std::none_of(what.parameters.begin(), what.parameters.end(), [&](const ExplainedParameter& other) {
+           return other.recording.empty() && other.effect == p.effect && other.name == p.name;
+         });
+}
+
+void add_answer(Screen& screen, const Explanation& explanation, const Explained* what) {
+  if (what != nullptr) {
+    screen.item("What",
+                fmt::format("{} (probability {:.2f}{})", what->sentence, what->probability,
+                            what->converged ? "" : "; its fit has not converged"),
+                3);
+    for (const ExplainedParameter& p : what->parameters)
+      if (is_shown(p, *what))
+        screen.item("",
+                    fmt::format("{} = {} ({} with 95 %){}", p.name, with_sd(p.estimate, p.sd), between(p.low, p.high),
+                                p.is_at_bound ? ": at the bound of what is possible" : ""),
+                    1);
+    if (!what->confusable_with.empty())
+      screen.item("Or else",
+                  fmt::format("{}; what would distinguish them: {}", fmt::join(what->confusable_with, ", "),
+                              what->separating_maneuver),
+                  3);
+  }
+  // The next likely one, and all others together.
+  const Explained* second = nullptr;
+  double others = 0.0;
+  for (const Explained& other : explanation.hypotheses) {
+    if (&other == what || (what == nullptr && other.effects.empty())) continue;
+    if (second == nullptr) second = &other;
+    others += other.probability;
+  }
+  if (second == nullptr || second->probability < kPolicy.show.possible) return;
+  const std::string name = second->effects.empty() ? "nothing missing" : second->name;
+  const double rest = others - second->probability;
+  screen.item("Runner-up",
+              fmt::format("{}, probability {:.2f}{}{}", name, second->probability,
+                          second->converged ? "" : " (its fit has not converged)",
+                          rest < kPolicy.show.possible ? "" : fmt::format("; all others {:.2f}", rest)),
+              1);
+}
+
+void add_learned(Screen& screen, const Explanation& explanation) {
+  if (std::isnan(explanation.log_error_with_network)) return;
+  const double fall = 1.0 - std::exp(explanation.log_error_with_network - explanation.log_error_without_network);
+  screen.item("Learned",
+              explanation.residual_network != nullptr
+                  ? fmt::format("what is left, by a network in ship.json that is zero beyond what was recorded: errors "
+                                "fall by {}",
+                                percent(fall))
+                  : "a network for what is left predicts unseen data no better: none is in ship.json",
+              2);
+}
+
+void add_errors(Screen& screen, const Explanation& explanation) {
+  if (!changes_ship(explanation)) return;
+  const auto runs = [](const Scores& scores) {
+    const auto found = scores.free_runs.find(kShownHorizon_s);
+    return found == scores.free_runs.end() ? Score{} : found->second;
+  };
+  const Score before = runs(explanation.heldout.before), after = runs(explanation.heldout.after);
+  std::vector<std::string> told;
+  const auto add = [&](const char* what, double from, double to, const char* unit) {
+    if (!std::isnan(from) && !std::isnan(to))
+      told.push_back(fmt::format("{} {:.2g} -> {:.2g} {}", what, from, to, unit));
+  };
+  add("u", before.rmse_u_mps, after.rmse_u_mps, "m/s");
+  add("v_m", before.rmse_vm_mps, after.rmse_vm_mps, "m/s");
+  add("r", before.rmse_r_degps, after.rmse_r_degps, "deg/s");
+  add("position", before.rmse_position_m, after.rmse_position_m, "m");
+  const std::string fall = fall_of_errors(explanation.heldout);
+  screen.item("Held out",
+              fmt::format("errors of free runs over {} s {}: {}", kShownHorizon_s,
+                          fall.empty() ? "do not all fall" : "fall " + fall, fmt::join(told, ", ")),
+              3);
+  if (!explanation.effects.empty())
+    screen.item("", fmt::format("what was named {}", gain_words(explanation.heldout_gain, explanation.heldout_gain_sd)),
+                1);
 }
 
 }  // namespace
@@ -263,6 +440,7 @@ std::string summary(const Findings& findings) {
     unknown.insert(unknown.end(), findings.audit.notices.begin(), findings.audit.notices.end());
   if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, 3, same), 3);
   screen.item("Next", next_step(findings), 2);
+  if (findings.verdict == Verdict::mismatch && !findings.ensemble) add_gap_explain(screen, findings.called);
   return std::move(screen).text();
 }
 
@@ -272,68 +450,22 @@ std::string summary(const Explanation& explanation) {
   screen.item(
       "Verdict",
       fmt::format("{} ({}). {}", capitals(explanation.verdict), p_value(explanation.p_value), headline(explanation)),
-      3);
+      6);
   add_sensors(screen, findings);
   if (explanation.verdict != Verdict::no_mismatch) add_where(screen, findings);
   const auto chosen = std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
                                    [](const Explained& hypothesis) { return hypothesis.is_chosen; });
   const Explained* what = chosen == explanation.hypotheses.end() ? nullptr : &*chosen;
-  if (what != nullptr) {
-    screen.item("What", fmt::format("{}, probability {:.2f}. {}", what->name, what->probability, what->sentence), 3);
-    for (const ExplainedParameter& p : what->parameters)
-      screen.item("", fmt::format("{} = {} ({} with 95 %)", p.name, with_sd(p.estimate, p.sd), between(p.low, p.high)),
-                  1);
-    if (!what->confusable_with.empty())
-      screen.item("Or else",
-                  fmt::format("{}; what would distinguish them: {}", fmt::join(what->confusable_with, ", "),
-                              what->separating_maneuver),
-                  3);
-  }
-  for (const Explained& other : explanation.hypotheses)
-    if (&other != what && !other.effects.empty() && (what == nullptr || other.name != what->name)) {
-      screen.item("Runner-up", fmt::format("{}, probability {:.2g}", other.name, other.probability), 1);
-      break;
-    }
-  if (!std::isnan(explanation.log_error_with_network))
-    screen.item(
-        "Learned",
-        explanation.residual_network != nullptr
-            ? fmt::format("a network in ship.json, zero outside of what was recorded: free runs over what is "
-                          "left out in turn err {} as much as without it",
-                          percent(std::exp(explanation.log_error_with_network - explanation.log_error_without_network)))
-            : "a network for what is left predicts what it has not seen no better: none is in ship.json",
-        2);
-  add_parameters(screen, explanation.parameters);
-  if (!explanation.coefficient_factors.empty())
-    screen.item(
-        "", "ship.json has the coefficients that were fitted: free runs over what is left out err less with them", 2);
-  const auto errors = [&](const BeforeAfter& fit) {
-    const auto runs = [](const Scores& scores) {
-      const auto found = scores.free_runs.find(kShownHorizon_s);
-      return found == scores.free_runs.end() ? Score{} : found->second;
-    };
-    const Score before = runs(fit.before), after = runs(fit.after);
-    return fmt::format(
-        "u {:.3g} -> {:.3g} m/s, v_m {:.3g} -> {:.3g} m/s, r {:.3g} -> {:.3g} deg/s, position {:.3g} -> {:.3g} m; ln "
-        "likelihood per sample {:.3f} -> {:.3f}",
-        before.rmse_u_mps, after.rmse_u_mps, before.rmse_vm_mps, after.rmse_vm_mps, before.rmse_r_degps,
-        after.rmse_r_degps, before.rmse_position_m, after.rmse_position_m, fit.before.log_likelihood_per_sample,
-        fit.after.log_likelihood_per_sample);
-  };
-  if (!explanation.effects.empty() || !explanation.coefficient_factors.empty() || explanation.residual_network) {
-    screen.item("Held out",
-                fmt::format("free runs of {} s, root mean square errors before -> after: ", kShownHorizon_s) +
-                    errors(explanation.heldout),
-                3);
-    screen.item("",
-                fmt::format("gain {} nats where left out in turn",
-                            with_sd(explanation.heldout_gain, explanation.heldout_gain_sd)),
-                1);
-  }
+  add_answer(screen, explanation, what);
+  add_learned(screen, explanation);
+  add_ship_file(screen, explanation);
+  add_errors(screen, explanation);
   if (!explanation.notices.empty())
     screen.item("Note",
                 first_of(explanation.notices, 3, 3, [](const std::string& s) -> const std::string& { return s; }), 3);
-  screen.item("Next", next_step(explanation, what), 3);
+  screen.item("Do", advice(explanation), 2);
+  if (const std::string next = next_step(explanation, what); !next.empty()) screen.item("Next", next, 3);
+  add_commands(screen, explanation);
   return std::move(screen).text();
 }
 

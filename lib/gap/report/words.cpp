@@ -1,11 +1,16 @@
 #include "gap/report/words.hpp"
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "effects/description.hpp"
+#include "gap/decide/found.hpp"
+#include "gap/result/phrases.hpp"
 
 namespace leeway::gap {
 
@@ -42,19 +47,124 @@ std::string headline(const Findings& findings) {
   return fmt::format("These recordings do not decide whether the {} lacks something.", simulator);
 }
 
+namespace {
+
+const Explained* chosen_of(const Explanation& explanation) {
+  for (const Explained& hypothesis : explanation.hypotheses)
+    if (hypothesis.is_chosen) return &hypothesis;
+  return nullptr;
+}
+
+// What was named of sensors and readings, then of the forces, each as a clause.
+std::vector<std::string> clauses_of(const Explanation& explanation) {
+  std::vector<std::string> clauses;
+  for (const Reading& reading : explanation.findings.conventions.contradicted)
+    clauses.push_back(fmt::format("a wrong reading ({})", reading.premise.substr(reading.premise.find(' ') + 1)));
+  const Explained* what = chosen_of(explanation);
+  const auto fault_of = [&](const std::string& name) -> const Fault* {
+    for (const Fault& fault : explanation.findings.audit.faults)
+      if (fault.name == name) return &fault;
+    return nullptr;
+  };
+  for (const std::string& name : explanation.chosen) {
+    if (name == "convention" || search_start(name) == SearchStart::terms) continue;
+    const Fault* fault = fault_of(name);
+    clauses.push_back(fault != nullptr  ? "a sensor fault (" + fault->sentence + ")"
+                      : what != nullptr ? phrase(name, what->parameters)
+                                        : name);
+  }
+  return clauses;
+}
+
+std::string physics_of(const Explanation& explanation) {
+  const bool is_unknown = std::any_of(explanation.chosen.begin(), explanation.chosen.end(),
+                                      [](const std::string& name) { return search_start(name) == SearchStart::terms; });
+  switch (explanation.verdict) {
+    case Verdict::no_mismatch:
+      return "No missing physics";
+    case Verdict::undecided:
+      return "Cannot tell whether physics is missing";
+    case Verdict::mismatch:
+      break;
+  }
+  const std::vector<std::string> clauses = clauses_of(explanation);
+  if (clauses.empty()) return "Something acts that the catalogue does not hold";
+  return fmt::format("{} explain{} the difference{}", capitalized(fmt::format("{}", fmt::join(clauses, " and "))),
+                     clauses.size() > 1 ? "" : "s", is_unknown ? " in part; the rest is not in the catalogue" : "");
+}
+
+// The findings that matter most.
+std::string file_is_off(const Explanation& explanation) {
+  const std::vector<ShipFileFinding>& findings = explanation.ship_file.findings;
+  std::vector<std::string> told;
+  for (const ShipFileFinding& finding : findings)
+    if (told.size() < kPolicy.report.most_findings) told.push_back(finding.sentence);
+  std::string text = told.empty() ? "the ship file is off in several coefficients together"
+                                  : fmt::format("the ship file is off: {}", fmt::join(told, "; "));
+  if (findings.size() > told.size()) text += fmt::format("; {} more", findings.size() - told.size());
+  const std::string fall = fall_of_errors(explanation.heldout);
+  if (!explanation.coefficient_factors.empty() && !fall.empty())
+    text += fmt::format("; with ship.json errors fall {}", fall);
+  return text;
+}
+
+}  // namespace
+
+std::string fall_of_errors(const BeforeAfter& fit) {
+  const auto runs = [](const Scores& scores) {
+    const auto found = scores.free_runs.find(kShownHorizon_s);
+    return found == scores.free_runs.end() ? Score{} : found->second;
+  };
+  const Score before = runs(fit.before), after = runs(fit.after);
+  double least = kMissing, most = kMissing;
+  for (const double Score::*of :
+       {&Score::rmse_u_mps, &Score::rmse_vm_mps, &Score::rmse_r_degps, &Score::rmse_position_m}) {
+    const double times = before.*of / after.*of;
+    if (!std::isfinite(times)) continue;
+    least = std::fmin(least, times);
+    most = std::fmax(most, times);
+  }
+  if (!(least > 1.0)) return "";
+  if (least < kPolicy.report.told_as_times && most >= kPolicy.report.told_as_times)
+    return fmt::format("up to {:.0f} times", most);
+  if (least < kPolicy.report.told_as_times) {
+    const double low = std::round(100.0 * (1.0 - 1.0 / least)), high = std::round(100.0 * (1.0 - 1.0 / most));
+    if (high < 1.0) return "";
+    return low == high ? fmt::format("by {:.0f} %", low) : fmt::format("by {:.0f} to {:.0f} %", low, high);
+  }
+  const double low = std::round(least), high = std::round(most);
+  return low == high ? fmt::format("{:.0f} times", low) : fmt::format("{:.0f} to {:.0f} times", low, high);
+}
+
+std::string gain_words(double gain, double sd) {
+  return fmt::format("predicts unseen data {} by {} (log-likelihood)", gain < 0.0 ? "worse" : "better",
+                     with_sd(std::abs(gain), sd));
+}
+
 std::string headline(const Explanation& explanation) {
-  std::vector<std::string> named;
-  bool is_unknown = false;
-  for (const std::string& name : explanation.chosen)
-    if (search_start(name) == SearchStart::terms)
-      is_unknown = true;
-    else
-      named.push_back(name);
-  if (explanation.verdict == Verdict::no_mismatch) return "Nothing is missing that these recordings could show.";
-  if (explanation.verdict == Verdict::undecided) return "These recordings do not decide whether something is missing.";
-  if (named.empty()) return "Something is missing that the catalogue does not hold.";
-  return fmt::format("{} explains the difference{}.", fmt::join(named, " with "),
-                     is_unknown ? " in part; the rest is not in the catalogue" : "");
+  const bool is_off = explanation.ship_file.state == ShipFileState::off;
+  const std::string physics = physics_of(explanation);
+  const bool is_from_one = explanation.findings.residuals.size() == 1 && !explanation.heldout_is_given &&
+                           explanation.verdict == Verdict::mismatch;
+  const char* unchecked = is_from_one ? " From one recording alone: nothing else checks this." : "";
+  if (explanation.verdict == Verdict::mismatch && clauses_of(explanation).empty() && is_off &&
+      !fall_of_errors(explanation.heldout).empty())
+    return fmt::format(
+        "{}. Beside that, {} of the typical acceleration is left, which no effect of the catalogue explains.{}",
+        capitalized(file_is_off(explanation)), percent(error_share(explanation.findings.fit)), unchecked);
+  if (is_off)
+    return fmt::format("{}{} {}.{}", physics, explanation.verdict == Verdict::mismatch ? ". Besides," : ";",
+                       file_is_off(explanation), unchecked);
+  if (explanation.verdict == Verdict::mismatch) return physics + '.' + unchecked;
+  if (explanation.verdict == Verdict::undecided) {
+    std::string reason = explanation.findings.detection.reason;
+    if (reason.size() > 1 && std::islower(static_cast<unsigned char>(reason[1])) != 0)
+      reason.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(reason.front())));
+    return reason.empty() ? physics + '.' : physics + ": " + reason;
+  }
+  return explanation.ship_file.state == ShipFileState::as_stated
+             ? physics + "; the ship file agrees with the recordings."
+             : physics + " that these recordings could show; they are too little to judge the ship file.";
 }
 
 std::string frame_meaning(const std::string& name) {

@@ -21,6 +21,13 @@ std::string headline(const Findings& findings);
 /// What was chosen, and whether it shows on what was held out, as one or two sentences.
 std::string headline(const Explanation& explanation);
 
+/// By what errors of free runs over what was held out fall: "3 to 6 times", "up to 40 times", "by 20 to 40 %"; empty
+/// where they do not.
+std::string fall_of_errors(const BeforeAfter& fit);
+
+/// "predicts unseen data better by 43 +- 12 (log-likelihood)".
+std::string gain_words(double gain, double sd);
+
 /// "fixed to the earth" for the frame "earth"; the name itself where it is not known.
 std::string frame_meaning(const std::string& name);
 

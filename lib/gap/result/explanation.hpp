@@ -2,11 +2,13 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "gap/policy/policy.hpp"
 #include "gap/result/findings.hpp"
+#include "gap/result/ship_file.hpp"
 #include "recording/trajectory.hpp"
 #include "ship/ship.hpp"
 
@@ -19,6 +21,7 @@ struct ExplainedParameter {
   std::string recording;  ///< where it differs between recordings; the first stands for their mean, without one
   double estimate = 0.0, sd = 0.0, low = 0.0, high = 0.0;  ///< low, high: 95 % interval
   double prior_low = 0.0, prior_high = 0.0;                ///< the same before any recording was seen; NaN: unknown
+  bool is_at_bound = false;                                ///< the estimate is where the catalogue's bounds end
 };
 
 /// What is said of one effect or fault.
@@ -54,15 +57,18 @@ struct Scores {
   std::map<std::string, Score> by_recording;    ///< free runs of kShownHorizon_s
 };
 inline constexpr int kShownHorizon_s = static_cast<int>(kPolicy.show.shown_horizon_s);
-/// Positions [m] in earth axes.
+/// Positions [m] in earth axes and velocities (u, v_m [m/s], r [rad/s]), as measured and along runs; NaN between runs.
 struct FreeTrack {
   std::string recording;
   std::vector<double> t_s;
   std::vector<Vec2<double>> measured, run;
-  void add(double t, const Vec2<double>& seen, const Vec2<double>& at) {
+  std::vector<Vec3<double>> measured_nu = {}, run_nu = {};
+  void add(double t, const Eigen::Matrix<double, 6, 1>& seen, const Eigen::Matrix<double, 6, 1>& at) {
     t_s.push_back(t);
-    measured.emplace_back(seen);
-    run.push_back(at);
+    measured.emplace_back(seen.head<2>());
+    run.emplace_back(at.head<2>());
+    measured_nu.emplace_back(seen.tail<3>());
+    run_nu.emplace_back(at.tail<3>());
   }
 };
 struct BeforeAfter {
@@ -84,6 +90,12 @@ struct NextManeuver {
   double p_right = 0.0;     ///< expected probability of the most probable hypothesis afterwards
 };
 
+/// A turning circle of ship.json with more rudder than was recorded.
+struct BeyondRecorded {
+  double recorded_deg = 0.0, rudder_deg = 0.0;
+  double diameter_L = 0.0, low_L = 0.0, high_L = 0.0;  ///< tactical, by L_pp; 95 % interval of the posterior
+};
+
 struct Explanation {
   Findings findings;
   Verdict verdict = Verdict::undecided;
@@ -99,6 +111,8 @@ struct Explanation {
   std::map<std::string, std::vector<EffectEntry>> effects_in;
   std::vector<CurrentPath> current_paths;  ///< of a chosen current that varies, by recording
   BeforeAfter train, heldout;
+  ShipFile ship_file;  ///< what is said of it beside that
+  std::optional<BeyondRecorded> beyond_recorded;
   /// Where something is unknown: a small network on top of ship.json, if it predicts what is left out in turn better
   /// than the ship does without; mean logarithm of the errors of free runs there.
   std::shared_ptr<const ResidualNetwork> residual_network;

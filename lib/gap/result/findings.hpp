@@ -164,8 +164,15 @@ struct EnsembleUsed {
   Vec3<double> spread = Vec3<double>::Zero();  ///< rms over all points of the members' sd (m/s^2, m/s^2, rad/s^2)
 };
 
+/// How the tool was called, for commands that run as they stand.
+struct Called {
+  std::string ship, recordings;  ///< as a shell takes them; recordings: with their columns map
+  std::string output;            ///< folder
+};
+
 struct Findings {
   std::string ship;
+  Called called = {};
   std::optional<EnsembleUsed> ensemble = std::nullopt;  ///< nothing: the ship's equations of motion
   Verdict verdict = Verdict::undecided;
   Conventions conventions;

@@ -11,7 +11,8 @@
 namespace leeway::gap {
 namespace {
 
-constexpr int kMostDecimals = static_cast<int>(kPolicy.report.most_decimals);
+constexpr int kMostDecimals = static_cast<int>(kPolicy.report.most_decimals),
+              kMostDigits = static_cast<int>(kPolicy.report.most_digits);
 
 // That show one digit of a standard deviation, two where it begins with 1 or 2.
 int decimals_of(double sd) { return -static_cast<int>(std::floor(std::log10(sd / 3.0))); }
@@ -22,6 +23,7 @@ std::string unit_of(std::string_view name) {
   static constexpr std::pair<std::string_view, std::string_view> kUnits[] = {
       {"s", "s"},     {"m", "m"},         {"mps", "m/s"}, {"mps2", "m/s^2"}, {"deg", "deg"}, {"degps", "deg/s"},
       {"rad", "rad"}, {"radps", "rad/s"}, {"rps", "1/s"}, {"kn", "kn"},      {"1ps", "1/s"}, {"degps2", "deg/s^2"},
+      {"N", "N"},     {"Nm", "N m"},      {"npm", "N/m"}, {"pa", "Pa"},      {"spm", "s/m"},
   };
   const std::size_t underscore = name.rfind('_');
   if (underscore != std::string_view::npos)
@@ -38,6 +40,16 @@ std::string with_sd(double value, double sd) {
   return fmt::format("{:.{}f} +- {:.{}f}", value, std::max(decimals, 0), sd, std::max(decimals, 0));
 }
 
+std::string rounded(double value, double sd) {
+  if (!std::isfinite(value)) return "unknown";
+  if (!std::isfinite(sd) || sd <= 0.0) return fmt::format("{:.3g}", value);
+  const int digits = value == 0.0 ? 0 : kMostDigits - 1 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  const int decimals = std::min({decimals_of(sd), digits, kMostDecimals});
+  const double unit = std::pow(10.0, -decimals);
+  // Without the sign of what rounds to zero.
+  return fmt::format("{:.{}f}", std::round(value / unit) * unit + 0.0, std::max(decimals, 0));
+}
+
 std::string between(double low, double high) {
   const double width = high - low;
   if (!std::isfinite(width) || width <= 0.0) return fmt::format("{:.3g} to {:.3g}", low, high);
@@ -47,8 +59,17 @@ std::string between(double low, double high) {
 }
 
 std::string p_value(double p) {
-  if (std::isnan(p)) return "p unknown";
-  return p < kPolicy.report.least_p ? fmt::format("p < {}", kPolicy.report.least_p) : fmt::format("p = {:.2g}", p);
+  if (std::isnan(p)) return "p-value unknown";
+  return p < kPolicy.report.least_p ? fmt::format("p-value < {}", kPolicy.report.least_p)
+                                    : fmt::format("p-value {:.2g}", p);
+}
+
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./,:=+-@%";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
 }
 
 std::string percent(double share) {

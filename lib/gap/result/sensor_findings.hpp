@@ -20,8 +20,8 @@ struct Estimate {
 struct Fault {
   std::string name;                  ///< "heading-bias", "lever-arm", "log-scale", "rate-bias", "velocity-latency", ...
   std::vector<Estimate> parameters;  ///< "heading_bias_deg", "lever_x_m", ...
-  double heldout_gain = 0.0;         ///< mean gain of log-likelihood per left-out recording [nats], against no fault
-  double heldout_gain_sd = 0.0;      ///< its standard error over the left-out recordings (or blocks of a single one)
+  double heldout_gain = 0.0;         ///< of log-likelihood over what was left out in turn [nats], against no fault
+  double heldout_gain_sd = 0.0;      ///< its standard error
   double p_value = 1.0;              ///< of the fault against none, for the whole library of faults
   std::string sentence;              ///< what it is, to a person
   std::string separating_maneuver{};  ///< what distinguishes it from its look-alikes

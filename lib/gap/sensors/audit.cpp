@@ -109,7 +109,7 @@ class AuditStages {
       const std::vector<double> p = search_.p_values(base, tried, 1000 + m);
       Fault fault = fault_of(fitter_, fit, m, resampling(1000 + m), options_.scale);
       const HeldoutGain gain = heldout_gain(fit, base);
-      fault.heldout_gain = gain.mean;
+      fault.heldout_gain = gain.sum;
       fault.heldout_gain_sd = gain.sd;
       for (std::size_t c = 0; c < tried.size(); ++c)
         if (is_own(tried[c]))
@@ -136,7 +136,7 @@ class AuditStages {
     for (std::size_t c = 0; c < tried.size(); ++c) {
       Fault fault = fault_of(fitter_, tried[c], 0, resampling(c), options_.scale);
       const HeldoutGain gain = heldout_gain(tried[c], base);
-      fault.heldout_gain = gain.mean;
+      fault.heldout_gain = gain.sum;
       fault.heldout_gain_sd = gain.sd;
       fault.p_value = p[c];
       hypotheses.push_back(std::move(fault));
@@ -174,10 +174,10 @@ class AuditStages {
         continue;
       Fault rival =
           fault_of(fitter_, tried[c], tried[c].members.size() - 1, resampling(2000 + 100 * place + c), options_.scale);
-      rival.heldout_gain = own.mean;
+      rival.heldout_gain = own.sum;
       rival.heldout_gain_sd = own.sd;
       rival.p_value = p[c];
-      rival.log_odds = heldout_gain(tried[c], fit).total;
+      rival.log_odds = heldout_gain(tried[c], fit).sum;
       rivals.push_back(std::move(rival));
     }
     std::stable_sort(rivals.begin(), rivals.end(),

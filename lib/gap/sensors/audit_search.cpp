@@ -152,7 +152,7 @@ class Ranking {
   bool is_as_good(std::size_t other, std::size_t best) const {
     if (worth(other).first != worth(best).first) return false;
     const HeldoutGain gain = heldout_gain(tried_[best], tried_[other]);
-    return !(gain.is_certain() && gain.total > kPolicy.sensors.better_nats);
+    return !(gain.is_certain() && gain.sum > kPolicy.sensors.better_nats);
   }
   double latency(std::size_t c) const {
     const FaultParameter first = last_of(tried_[c]).numbers[0][0];
@@ -171,15 +171,14 @@ HeldoutGain heldout_gain(const FaultFit& better, const FaultFit& worse) {
   const VectorXd difference = better.heldout - worse.heldout;
   const double n = static_cast<double>(difference.size());
   HeldoutGain gain;
-  gain.total = difference.sum();
-  gain.mean = gain.total / n;
-  gain.sd = std::sqrt((difference.array() - gain.mean).square().sum() / (n * (n - 1.0)));
+  gain.sum = difference.sum();
+  gain.sd = std::sqrt((difference.array() - gain.sum / n).square().sum() * n / (n - 1.0));
   return gain;
 }
 
 double chance_of(const HeldoutGain& gain, std::size_t units) {
-  if (!(gain.mean > 0.0) || !(gain.sd > 0.0)) return 1.0;
-  return f_survival(std::pow(gain.mean / gain.sd, 2), 1.0, static_cast<double>(units) - 1.0);
+  if (!(gain.sum > 0.0) || !(gain.sd > 0.0)) return 1.0;
+  return f_survival(std::pow(gain.sum / gain.sd, 2), 1.0, static_cast<double>(units) - 1.0);
 }
 
 bool has_enough(const KinematicWindows& windows, Kinematics kind) {
@@ -239,12 +238,12 @@ std::size_t FaultSearch::best(const std::vector<FaultFit>& tried, const std::vec
 
 bool FaultSearch::predicts_better(const FaultFit& with, const FaultFit& base, double p) const {
   const HeldoutGain gain = heldout_gain(with, base);
-  return gap::predicts_better({p, gain.mean, gain.sd}, options_.false_alarm);
+  return gap::predicts_better({p, gain.sum, gain.sd}, options_.false_alarm);
 }
 
 bool FaultSearch::is_found(const FaultFit& with, const FaultFit& base, double p) const {
   const HeldoutGain gain = heldout_gain(with, base);
-  return gap::is_found({p, gain.mean, gain.sd}, options_.false_alarm);
+  return gap::is_found({p, gain.sum, gain.sd}, options_.false_alarm);
 }
 
 std::optional<FaultFit> FaultSearch::pair_with(const FaultFit& first, std::size_t stage) const {

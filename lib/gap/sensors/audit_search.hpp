@@ -12,10 +12,11 @@
 
 namespace leeway::gap {
 
-/// The gain in held-out log-likelihood of one fit over another: mean over the units that have data and standard error.
+/// The gain in held-out log-likelihood of one fit over another: sum over what was left out in turn, and its standard
+/// error.
 struct HeldoutGain {
-  double mean = 0.0, sd = 0.0, total = 0.0;
-  bool is_certain(double standard_errors = 2.0) const { return mean > standard_errors * sd && mean > 0.0; }
+  double sum = 0.0, sd = 0.0;
+  bool is_certain(double standard_errors = 2.0) const { return sum > standard_errors * sd && sum > 0.0; }
 };
 HeldoutGain heldout_gain(const FaultFit& better, const FaultFit& worse);
 

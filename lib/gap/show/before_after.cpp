@@ -12,6 +12,7 @@
 #include "gap/sensors/conventions.hpp"
 #include "gap/show/free_runs.hpp"
 #include "gap/show/learned_residual.hpp"
+#include "gap/show/left_out.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -27,28 +28,6 @@ FittedNull with_effects_in_ship(FittedNull fit) {
 
 std::vector<EffectEntry> added(const Ship& with, const Ship& to) {
   return {with.effects.begin() + static_cast<std::ptrdiff_t>(to.effects.size()), with.effects.end()};
-}
-
-// The runs of each recording, with the ship as it sails there.
-std::vector<ShipOnRuns> by_recording(const Hypothesis& hypothesis, const Eigen::VectorXd& z, const Campaign& campaign,
-                                     const std::vector<Run>& runs) {
-  if (!hypothesis.differs()) return {{hypothesis.applied_to(campaign.ship, z), runs}};
-  std::vector<ShipOnRuns> result;
-  for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
-    result.push_back({hypothesis.applied_to(campaign.ship, z, r), {}});
-    for (const Run& run : runs)
-      if (campaign.stretches[run.stretch].recording == r) result.back().runs.push_back(run);
-  }
-  return result;
-}
-
-// What theta says of the coefficients.
-std::vector<CoefficientFactor> factors_of(const FittedNull& fit, const Eigen::VectorXd& theta) {
-  std::vector<CoefficientFactor> factors;
-  for (Eigen::Index i = 0; i < theta.size() - 1 - fit.effects; ++i)
-    if (std::abs(theta[i]) > kPolicy.show.same_log_factor)
-      factors.push_back(changed(fit.parameters[static_cast<std::size_t>(i)], theta[i]));
-  return factors;
 }
 
 void add_likelihood(Scores& scores, const FittedNull& fit, const std::vector<Run>& runs) {
@@ -77,8 +56,10 @@ class BeforeAfterRuns {
         fit_(answered.answer.fit),
         starts_(answered.null.smoothed),
         z_(coordinates_of(fit_).mean),
-        with_(answered.answer.hypothesis.applied_to(answered.campaign.ship, z_)) {
-    leave_out_in_turn();
+        with_(answered.answer.hypothesis.applied_to(answered.campaign.ship, z_)),
+        left_out_(leave_out_in_turn(answered.campaign, answered.answer.hypothesis, fit_, answered.comparison.folds(),
+                                    jobs_)) {
+    leave_out();
     if (has_terms(explanation.chosen)) learn_what_is_left();
     write_ship();
   }
@@ -118,16 +99,16 @@ class BeforeAfterRuns {
   /// Of each part, with what was fitted to the others.
   void show_left_out() {
     const std::vector<std::vector<std::size_t>>& folds = of_.comparison.folds();
-    std::vector<ShipOnRuns>& after = takes_coefficients_ ? with_coefficients_ : alone_;
+    std::vector<ShipOnRuns>& after = takes_coefficients_ ? left_out_.with_coefficients : left_out_.alone;
     double likelihood_before = 0.0, likelihood_after = 0.0;
     const Evidence of_none = of_.comparison.blocks().total();
     std::vector<Smoothed> innovations_before = none().smoothed, innovations_after = fit_.smoothed;
     for (std::size_t f = 0; f < folds.size(); ++f) {
-      const std::vector<Run>& runs = left_out_[f];
+      const std::vector<Run>& runs = left_out_.runs[f];
       cover(none(), refitted(none(), without(of_none, of_.comparison.blocks(), folds[f])), runs, innovations_before);
       likelihood_before += of_.comparison.none().fold_evidence[f];
       if (!learned_.network) {
-        cover(fit_, theta_of_fold_[f], runs, innovations_after);
+        cover(fit_, left_out_.theta[f], runs, innovations_after);
         likelihood_after += of_.answer.fold_evidence[f];
         continue;
       }
@@ -150,7 +131,7 @@ class BeforeAfterRuns {
     heldout.after.coverage = coverage(innovations_after, whole);
     explanation_.tracks_before = free_tracks(of_.campaign, starts_, as_stated_);
     explanation_.tracks_after = free_tracks(of_.campaign, starts_, after);
-    const auto n = static_cast<double>(std::max<std::size_t>(1, measurements_));
+    const auto n = static_cast<double>(std::max<std::size_t>(1, left_out_.total.measurements));
     heldout.before.log_likelihood_per_sample = likelihood_before / n;
     heldout.after.log_likelihood_per_sample = likelihood_after / n;
   }
@@ -164,30 +145,15 @@ class BeforeAfterRuns {
     return ship;
   }
 
-  // Ships for each part that is left out in turn, with what was fitted to the rest: the effects alone, and with the
-  // coefficients. Which of them are better goes into ship.json.
-  void leave_out_in_turn() {
-    const Blocks blocks = blocks_of(of_.campaign, fit_, fit_.noise, {0, nullptr}, jobs_);
-    const Evidence total = blocks.total();
-    measurements_ = total.measurements;
-    for (const std::vector<std::size_t>& fold : of_.comparison.folds()) {
-      const std::vector<Run>& runs = left_out_.emplace_back(runs_of(of_.campaign, blocks, fold));
-      const Eigen::VectorXd& theta = theta_of_fold_.emplace_back(refitted(fit_, without(total, blocks, fold)));
-      as_stated_.push_back({of_.ship, runs});
-      for (ShipOnRuns& one :
-           by_recording(of_.answer.hypothesis, theta.segment(theta.size() - 1 - fit_.effects, fit_.effects),
-                        of_.campaign, runs)) {
-        with_coefficients_.push_back(one);
-        with_coefficients_.back().ship.multiply(factors_of(fit_, theta));
-        alone_.push_back(std::move(one));
-      }
-    }
-    of_alone_ = free_runs(of_.campaign, starts_, alone_, jobs_);
-    of_coefficients_ = free_runs(of_.campaign, starts_, with_coefficients_, jobs_);
+  // Effects alone, or with the coefficients: which of them are better goes into ship.json.
+  void leave_out() {
+    for (const std::vector<Run>& runs : left_out_.runs) as_stated_.push_back({of_.ship, runs});
+    of_alone_ = free_runs(of_.campaign, starts_, left_out_.alone, jobs_);
+    of_coefficients_ = free_runs(of_.campaign, starts_, left_out_.with_coefficients, jobs_);
     takes_coefficients_ = log_error(of_coefficients_) < log_error(of_alone_) - kPolicy.show.worthwhile_fall &&
-                          are_likelier(total) &&
-                          is_beyond_chance(of_.campaign, starts_, alone_, with_coefficients_, jobs_);
-    if (takes_coefficients_) explanation_.coefficient_factors = factors_of(fit_, fit_.theta);
+                          are_likelier(left_out_.total) &&
+                          is_beyond_chance(of_.campaign, starts_, left_out_.alone, left_out_.with_coefficients, jobs_);
+    if (takes_coefficients_) explanation_.coefficient_factors = coefficient_changes(fit_, fit_.theta);
     with_.multiply(explanation_.coefficient_factors);
   }
 
@@ -206,7 +172,8 @@ class BeforeAfterRuns {
     else if (of_.ship.residual_network)
       learned_.problem = "the ship has one already";
     else
-      learned_ = learn_residual(of_.campaign, starts_, with_, left_out_, fit_.noise, of_.options.locate.seed, jobs_);
+      learned_ =
+          learn_residual(of_.campaign, starts_, with_, left_out_.runs, fit_.noise, of_.options.locate.seed, jobs_);
     if (!learned_.problem.empty())
       explanation_.notices.push_back("no network learned what is left: " + learned_.problem);
     if (learned_.network) explanation_.residual_network = with_.residual_network = learned_.network;
@@ -254,13 +221,10 @@ class BeforeAfterRuns {
   const std::vector<Smoothed>& starts_;
   const Eigen::VectorXd z_;
   Ship with_;  // as ship.json has it
-  // By part that is left out; of alone_ and with_coefficients_ one for each recording where what is named differs.
-  std::vector<Eigen::VectorXd> theta_of_fold_;
-  std::vector<std::vector<Run>> left_out_;
-  std::vector<ShipOnRuns> as_stated_, alone_, with_coefficients_;
+  LeftOut left_out_;
+  std::vector<ShipOnRuns> as_stated_;  // by part that is left out
   Scores of_alone_, of_coefficients_;
   bool takes_coefficients_ = false;
-  std::size_t measurements_ = 0;
   LearnedResidual learned_;
 };
 

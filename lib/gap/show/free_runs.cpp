@@ -168,15 +168,13 @@ std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<S
       FreeTrack& track = tracks[stretch.recording];
       run_free(model, campaign, stretch, starts[run.stretch], run, kShownHorizon_s,
                [&](std::size_t k, const StateVector& x, bool is_first) {
-                 if (is_first && !track.run.empty()) track.add(kMissing, {kMissing, kMissing}, {kMissing, kMissing});
-                 track.add(stretch.t_s[k], stretch.measured[k].head<2>(), {x[0], x[1]});
+                 const Vec6 nothing = Vec6::Constant(kMissing);
+                 if (is_first && !track.run.empty()) track.add(kMissing, nothing, nothing);
+                 track.add(stretch.t_s[k], stretch.measured[k], x.head<kShipStates>());
                });
     }
   }
-  std::erase_if(tracks, [](const FreeTrack& track) {
-    return std::none_of(track.measured.begin(), track.measured.end(),
-                        [](const Vec2<double>& p) { return p.allFinite(); });
-  });
+  std::erase_if(tracks, [](const FreeTrack& track) { return track.t_s.empty(); });
   return tracks;
 }
 

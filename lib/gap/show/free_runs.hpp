@@ -35,8 +35,7 @@ double log_error(const Scores& scores);
 bool is_beyond_chance(const Campaign& campaign, const std::vector<Smoothed>& starts,
                       const std::vector<ShipOnRuns>& before, const std::vector<ShipOnRuns>& after, std::size_t jobs);
 
-/// Positions along free runs of kShownHorizon_s, by recording; a row of NaN stands between two runs. Recordings without
-/// positions have none.
+/// Positions and velocities along free runs of kShownHorizon_s, by recording; a row of NaN stands between two runs.
 std::vector<FreeTrack> free_tracks(const Campaign& campaign, const std::vector<Smoothed>& starts,
                                    const std::vector<ShipOnRuns>& ships);
 

@@ -10,6 +10,7 @@
 #include "gap/compare/selection.hpp"
 #include "gap/compare/terms.hpp"
 #include "gap/decide/found.hpp"
+#include "gap/result/phrases.hpp"
 #include "gap/show/next_maneuver.hpp"
 
 namespace leeway::gap {
@@ -66,6 +67,12 @@ class ParametersOf {
       const FreeEffect::Parameter& p = after[i];
       ExplainedParameter one{effect.name(), p.name,        recording,     p.estimate,    p.sd,
                              tails[i].low,  tails[i].high, before[i].low, before[i].high};
+      const auto bounds =
+          std::find_if(known.begin(), known.end(), [&](const EffectParameter& of) { return of.name == p.name; });
+      if (bounds != known.end()) {
+        const Prior prior = bounds->prior(campaign_.ship.particulars.L_pp);
+        one.is_at_bound = !is_direction(prior) && (p.estimate <= prior.low || p.estimate >= prior.high);
+      }
       const bool is_response_time = std::any_of(known.begin(), known.end(), [&](const EffectParameter& of) {
         return of.name == p.name && of.role == ParameterRole::response_time;
       });
@@ -76,6 +83,21 @@ class ParametersOf {
         one.high = p.estimate + wider * (one.high - p.estimate);
       }
       result_.parameters.push_back(one);
+    }
+    add_times(effect, recording, at);
+  }
+
+  // When it begins and ends, which is known to the filter's time step: a block of the search, or an interval.
+  void add_times(const FreeEffect& effect, const std::string& recording, const Eigen::VectorXd& at) const {
+    const EffectEntry entry = effect.entry(at);
+    for (const EffectParameter& known : effect_named(effect.name()).parameters) {
+      if (known.role != ParameterRole::begin && known.role != ParameterRole::end) continue;
+      for (const auto& [name, value] : entry.parameters)
+        if (name == known.name && value && std::isfinite(*value)) {
+          const double sd = campaign_.step_s, reach = kPolicy.show.normal95 * sd;
+          result_.parameters.push_back(
+              {effect.name(), name, recording, *value, sd, *value - reach, *value + reach, kMissing, kMissing});
+        }
     }
   }
 
@@ -95,6 +117,14 @@ class ParametersOf {
   const Coordinates z_;
 };
 
+// What it is with its numbers, then what that means; both readings, where a coefficient may do the same.
+std::string sentence_of(const EffectInfo& info, const std::vector<ExplainedParameter>& parameters) {
+  if (search_start(info.name) == SearchStart::terms) return std::string(info.sentence);
+  const std::string what = capitalized(phrase(std::string(info.name), parameters));
+  if (info.or_coefficient.empty()) return fmt::format("{}. {}", what, info.sentence);
+  return fmt::format("{} than the ship file states. That is {}.", what, info.or_coefficient);
+}
+
 Explained explained(const Fitted& fitted, const Fitted& none, const Campaign& campaign) {
   Explained result;
   result.name = fitted.hypothesis.name();
@@ -107,8 +137,8 @@ Explained explained(const Fitted& fitted, const Fitted& none, const Campaign& ca
     const std::string& name = fitted.hypothesis.effects[span.effect].name();
     const EffectInfo& info = effect_named(name).info;
     result.effects.push_back(name);
-    result.said.push_back({name, std::string(info.sentence), std::string(info.separating_maneuver)});
     parameters.add(span);
+    result.said.push_back({name, sentence_of(info, result.parameters), std::string(info.separating_maneuver)});
   }
   return result;
 }
@@ -210,7 +240,16 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
   Explained unknown;
   unknown.effects = beside;
   unknown.effects.push_back(name_of_terms());
+  // Terms for it may have been fitted: then they are this one.
+  const auto fitted = std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
+                                   [&](const Explained& one) { return one.effects == unknown.effects; });
+  if (fitted != explanation.hypotheses.end()) {
+    fitted->probability += left / (1.0 + odds);
+    return;
+  }
   unknown.name = fmt::format("{}", fmt::join(unknown.effects, " + "));
+  unknown.log_evidence = unknown.heldout_gain = unknown.heldout_gain_sd = kMissing;  // nothing was fitted
+  unknown.converged = true;
   unknown.probability = left / (1.0 + odds);
   unknown.said = {{name_of_terms(), "Something acts that the catalogue does not hold.",
                    "the maneuvers in which what is left is largest"}};

@@ -25,7 +25,7 @@ std::vector<MenuItem> maneuver_menu(const Ship& ship, double time_scale) {
   std::vector<MenuItem> menu{
       {"a straight run and its reciprocal", "straight", policy.straight_s * s, {straight_at(0.0), straight_at(kPi)}},
       {"turning circles, 35 deg to both sides",
-       "turning --rudder-deg 35 (and -35)",
+       "turning --rudder-deg 35",
        policy.turning_s * s,
        {turn(1.0), turn(-1.0)}},
       {"a zigzag 10/10", "zigzag --rudder-deg 10 --heading-deg 10", policy.zigzag_s * s, {zigzag_of(10.0)}},

@@ -53,9 +53,9 @@ std::set<std::string> texts_of(const io::Json& values) {
   return texts;
 }
 
-// Where the line of this name ends in the one chart of a choice.
+// Where the line of this name ends in the map of a choice, its last chart.
 Vec2<double> end_of(const io::Json& choice, const std::string& line) {
-  for (const io::Json& drawn : choice["charts"][0])
+  for (const io::Json& drawn : choice["charts"].back())
     if (drawn["label"] == line) return {drawn["last"][1].get<double>(), drawn["last"][0].get<double>()};
   FAIL("no line " << line);
   return {};
@@ -109,7 +109,8 @@ TEST_CASE("report.html of gap-locate in a browser: a reader finds place, size an
   const io::Json& verdict = page["sections"][0];
   CHECK_THAT(verdict["text"], Contains("The ensemble five-members and the recordings differ by more than noise"));
   CHECK_THAT(verdict["text"], Contains("0.42 ± 0.03 mm/s²") && Contains("4.0 % of the typical acceleration"));
-  CHECK_THAT(verdict["text"], Contains("0.0113 ± 0.0009 deg/s²") && Contains("held-out gain 21 ± 4 nats"));
+  CHECK_THAT(verdict["text"],
+             Contains("0.0113 ± 0.0009 deg/s²") && Contains("unseen data predicted better by 21 ± 4 (log-likelihood)"));
   CHECK_THAT(verdict["text"], Contains("surge 0.31, sway 0.72 mm/s², yaw 0.021 deg/s²"));
   CHECK_THAT(verdict["text"], Contains("the heading is 2.97 deg (sd 0.21) too high") && Contains("before the fit)"));
 
@@ -123,7 +124,7 @@ TEST_CASE("report.html of gap-locate in a browser: a reader finds place, size an
   CHECK_THAT(where["text"], Contains("0.083 ± 0.021 ship lengths astern of midship (0.249 m)"));
   CHECK(where["charts"][0]["tips"] == Row{"surge\n6.0 %", "sway\n71 %", "yaw\n23 %"});
   CHECK(section_of(page, "Known effects that would fit")["charts"][0]["tips"][0] ==
-        "unmeasured-wind\n21 ± 4 nats, p 0.0002, log Bayes factor 38.1");
+        "unmeasured-wind\n21 ± 4 (log-likelihood), p 0.0002, log Bayes factor 38.1");
   const io::Json& sensors = section_of(page, "Sensors and conventions")["tables"];
   CHECK(sensors[0][1][1] == "2.97 ± 0.21 deg");
   CHECK(sensors[1][3] == Row{"r_degps", "0.1 deg/s", "1.8 s", "0.9 s", "0.0 %", "1.3 %", "continuous"});
@@ -152,12 +153,12 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   if (skip_without_browser()) return;
   const io::Json page =
       test::Browser().read(report_html(test::current_explanation(), "What esso-osaka-3m lacks", "gap-explain -o DIR"));
-  check_drawn(page, 18);
+  check_drawn(page, 21);  // three of them velocities before and after
   CHECK(page["title"] == "What esso-osaka-3m lacks");
   const io::Json& verdict = page["sections"][0];
-  CHECK(verdict["heading"] == "mismatchsteady-current explains the difference.");
+  CHECK(verdict["heading"] == "mismatchA current of 0.0999 m/s towards -89.8 deg explains the difference.");
   CHECK_THAT(verdict["text"], Contains("What esso-osaka-3m lacks") && Contains("< 0.0001"));
-  CHECK_THAT(verdict["text"], Contains("held-out gain 480 ± 83 nats"));
+  CHECK_THAT(verdict["text"], Contains("unseen data predicted better by 480 ± 83 (log-likelihood)"));
 
   const io::Json& missing = section_of(page, "What is missing");
   const io::Json& probabilities = missing["charts"][0];
@@ -169,11 +170,13 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   CHECK(probabilities["tips"][2] == "nothing\n1.00e-9: Nothing is missing.");
   CHECK(missing["tables"][0] ==
         std::vector<Row>{
-            {"Missing", "Evidence [nats]", "Held-out gain [nats]", "Parameter", "Estimate", "95 %"},
-            {"steady-current", "477", "480 ± 83", "current_speed_mps", "0.0999 ± 0.0012 m/s", "0.0975 to 0.1023"},
-            {"", "", "", "current_set_deg", "−89.78 ± 0.26 deg", "−90.29 to −89.27"},
-            {"unmeasured-wind", "476", "12 ± 4", "wind_speed_mps", "2.7 ± 0.5 m/s", "1.7 to 3.7"},
-            {"nothing", "0", "0", "", "", ""}});
+            {"Missing", "Probability", "Evidence", "Fit", "Unseen data",
+             "Parameter", "Estimate", "95 %"},
+            {"steady-current", "0.86", "477", "converged", "480 ± 83", "current_speed_mps", "0.0999 ± 0.0012 m/s",
+             "0.0975 to 0.1023"},
+            {"", "", "", "", "", "current_set_deg", "−89.78 ± 0.26 deg", "−90.29 to −89.27"},
+            {"unmeasured-wind", "0.14", "476", "converged", "12 ± 4", "wind_speed_mps", "2.7 ± 0.5 m/s", "1.7 to 3.7"},
+            {"nothing", "1.0e-9", "0", "not converged", "0", "", "", ""}});
   // Of what was chosen alone, as shares of what was believed before.
   const io::Json& learnt = missing["charts"][1];
   CHECK(learnt["labels"] == Row{"current_speed_mps", "current_set_deg"});
@@ -189,7 +192,8 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   CHECK(next["charts"][0]["labels"] == Row{"turning circles, 35 deg to both sides (600 s)", "crash stop (240 s)"});
   CHECK(next["charts"][0]["values"] == std::vector<double>{0.987, 0.91});
   CHECK(next["charts"][0]["tips"][0] ==
-        "turning circles, 35 deg to both sides (600 s)\n0.987: mmg-sim turning --rudder-deg 35");
+        "turning circles, 35 deg to both sides (600 s)\n0.987: mmg-sim turning --rudder-deg 35 --ship SHIP.json "
+        "-o planned.csv");
 }
 
 TEST_CASE("report.html of gap-explain in a browser: a reader sees the fit before and after, by recording",
@@ -208,7 +212,7 @@ TEST_CASE("report.html of gap-explain in a browser: a reader sees the fit before
   CHECK_THAT(fit["charts"][0]["values"][5].get<double>(), WithinAbs(1.0, 1e-12));
 
   // Each choice shows its own recording, before and after: runs end as far from the recorded track as was planted.
-  const io::Json& tracks = section_of(page, "Held-out tracks before and after")["choices"];
+  const io::Json& tracks = section_of(page, "Held-out recordings before and after")["choices"];
   REQUIRE(tracks.size() == 3);
   for (std::size_t k = 0; k < 3; ++k) {
     CAPTURE(k);
@@ -233,11 +237,12 @@ TEST_CASE("report.html of gap-explain in a browser: nothing missing leaves out w
   if (skip_without_browser()) return;
   const io::Json page = test::Browser().read(report_html(test::nothing_explanation(), "What kvlcc2 lacks", "leeway"));
   check_drawn(page, 6);
-  CHECK_THAT(page["sections"][0]["text"],
-             Contains("no mismatch") && Contains("Nothing is missing that these") && Contains("0.41"));
+  CHECK_THAT(page["sections"][0]["text"], Contains("no mismatch") &&
+                                              Contains("No missing physics that these recordings could show") &&
+                                              Contains("0.41"));
   CHECK(section_of(page, "What is missing")["charts"][0]["labels"] == Row{"nothing"});
-  for (const char* heading : {"What would distinguish them", "Held-out tracks before and after", "Located intervals",
-                              "Track", "What looks alike in these recordings"}) {
+  for (const char* heading : {"What would distinguish them", "Held-out recordings before and after",
+                              "Located intervals", "Track", "What looks alike in these recordings"}) {
     CAPTURE(heading);
     CHECK_FALSE(has_section(page, heading));
   }
@@ -259,7 +264,7 @@ TEST_CASE("report.html in a browser: hostile names of ships and files are read a
   };
   const io::Json locate = located(hostile), explain = explained(hostile);
   check_drawn(locate, 12);
-  check_drawn(explain, 18);
+  check_drawn(explain, 21);
   // Not one element or attribute more than under harmless names.
   CHECK(locate["structure"] == located(plain)["structure"]);
   CHECK(explain["structure"] == explained(plain)["structure"]);
@@ -277,7 +282,7 @@ TEST_CASE("report.html in a browser: hostile names of ships and files are read a
   CHECK(explain["title"] == "What " + hostile.ship + " lacks");
   CHECK_THAT(explain["sections"][0]["text"], Contains("What " + hostile.ship + " lacks"));
   const std::set<std::string> labels = texts_of(section_of(explain, "Fit before and after")["charts"][0]["labels"]);
-  const io::Json& tracks = section_of(explain, "Held-out tracks before and after")["choices"];
+  const io::Json& tracks = section_of(explain, "Held-out recordings before and after")["choices"];
   const io::Json& notices = section_of(explain, "To keep in mind")["items"];
   CHECK(texts_of(notices).count("data/" + hostile.recordings[0] + ".csv: the first 3 s are not used") == 1);
   for (std::size_t k = 0; k < 3; ++k) {

@@ -148,7 +148,7 @@ TEST_CASE("residual.csv: a recording without positions has none", "[gap][report]
 TEST_CASE("summary of gap-locate: says the verdict, the size, the place and the next step", "[gap][report]") {
   const std::string text = summary(test::mismatch_findings());
   CAPTURE(text);
-  CHECK_THAT(text, Catch::Matchers::StartsWith("Verdict     MISMATCH (p = 0.0002)."));
+  CHECK_THAT(text, Catch::Matchers::StartsWith("Verdict     MISMATCH (p-value 0.0002)."));
   CHECK_THAT(text, Contains("the heading is 2.97 deg (sd 0.21) too high"));
   CHECK_THAT(text, Contains("surge 0.42 +- 0.03 mm/s^2, 4.0 % of the typical acceleration"));
   CHECK_THAT(text, Contains("yaw 0.0113 +- 0.0009 deg/s^2"));
@@ -159,7 +159,7 @@ TEST_CASE("summary of gap-locate: says the verdict, the size, the place and the 
   CHECK_THAT(text, !Contains("hull.N_v"));
   CHECK_THAT(text, Contains("gap-explain"));
   const std::string none = summary(test::agreement_findings());
-  CHECK_THAT(none, Contains("NO MISMATCH (p = 0.41)"));
+  CHECK_THAT(none, Contains("NO MISMATCH (p-value 0.41)"));
   CHECK_THAT(none, !Contains("When") && !Contains("Goes with") && !Contains("Parameters"));
 }
 

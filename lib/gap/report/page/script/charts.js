@@ -88,9 +88,14 @@ const trackMap = (parent, height, label, {tooltip, interaction}) => {
     },
   });
 };
+// The map is as high as the tracks need at its width.
 const showOn = (map, datasets, easts, norths) => {
   map.data.datasets = datasets;
-  map.options.plugins.equalScales = {extent: {x: range(easts), y: range(norths)}};
+  const [x, y] = [range(easts), range(norths)];
+  map.options.plugins.equalScales = {extent: {x, y}};
+  const frame = map.canvas.parentNode, high = frame.clientWidth * (y[1] - y[0]) / Math.max(x[1] - x[0], 1e-9);
+  frame.style.height = Math.min(640, Math.max(260, high)) + 'px';
+  map.resize();
   map.redone = 0;
   map.update('none');
 };

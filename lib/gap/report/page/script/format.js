@@ -53,8 +53,9 @@ const estimate = ({estimate: value, sd, unit}) => withSd(value, sd) + unitAfter(
 const seconds = (t, digits) => short(t, digits) + ' s';
 const atTime = (t) => `t = ${seconds(t, 6)}`;
 const timeSpan = (start, end) => `${short(start, 5)} ${DASH} ${short(end, 5)}`;
-const nats = (x) => short(x) + ' nats';
-const natsWithSd = (x, sd) => withSd(x, sd) + ' nats';
+const LOG_LIKELIHOOD = ' (log-likelihood)';
+const nats = (x) => short(x) + LOG_LIKELIHOOD;
+const natsWithSd = (x, sd) => withSd(x, sd) + LOG_LIKELIHOOD;
 const shipLengths = (x, sd) => withSd(x, sd) + ' L_pp';
 const change = (before, after) => short(before) + ARROW + short(after);
 

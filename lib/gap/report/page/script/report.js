@@ -5,11 +5,12 @@ const report = JSON.parse(document.getElementById('data').textContent);
 
 verdictSection(report);
 if (report.explanation) {
+  heldoutTracksSection(report);
+  shipFileSection(report);
   hypothesesSection(report);
   imitationSection(report);
   nextManeuverSection(report);
   beforeAfterSection(report);
-  heldoutTracksSection(report);
 }
 recordingsSections(report);
 shipSection(report);

@@ -27,12 +27,12 @@ const testedEffects = (effects) => {
                     tip: `${natsWithSd(...gain(effect))}, p ${pValue(effect.p_value)}, ` +
                         `log Bayes factor ${short(effect.log_bayes_factor)}`,
                   })),
-        {axis: 'held-out gain [nats]'});
+        {axis: 'unseen data predicted better by (log-likelihood)'});
   const all = table(
       [
         {name: 'Effect', of: (e) => e.name, kind: 'name'},
-        {name: 'Held-out gain [nats]', of: (e) => withSd(...gain(e)), kind: 'number'},
-        {name: 'Log Bayes factor [nats]', of: (e) => short(e.log_bayes_factor), kind: 'number'},
+        {name: 'Unseen data better by (log-likelihood)', of: (e) => withSd(...gain(e)), kind: 'number'},
+        {name: 'Log Bayes factor', of: (e) => short(e.log_bayes_factor), kind: 'number'},
         {name: 'p alone', of: (e) => pValue(e.p_value), kind: 'number'},
       ],
       effects);

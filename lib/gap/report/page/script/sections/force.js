@@ -7,7 +7,7 @@ const forceSection = ({findings: {located: {frames, modules}}}) => {
     bars(
         boxIn(
             boxes, 'In which frame the residual is constant',
-            'Log-evidence against no residual at all [nats]: the longer, the better this alone describes it.'),
+            'Log-evidence against no residual at all: the longer, the better this alone describes it.'),
         'evidence of each frame',
         frames.map((frame, i) => ({
                      label: frame.meaning,
@@ -20,7 +20,7 @@ const forceSection = ({findings: {located: {frames, modules}}}) => {
     bars(
         boxIn(
             boxes, 'Which part of the model, if it may vary, explains it',
-            'Gain of log-likelihood [nats] when the force of one module may vary by a slowly changing factor.'),
+            'Gain of log-likelihood when the force of one module may vary by a slowly changing factor.'),
         'gain of each module',
         modules.map((module, i) => ({
                       label: module.name,

@@ -1,12 +1,14 @@
 // What is missing, by probability, with its parameters.
-const MOST_HYPOTHESES = 10;
+const MOST_HYPOTHESES = 10, WORTH_A_ROW = 0.01;
 
 const hypothesesSection = ({explanation}) => {
   const part = section(
       'What is missing',
       'Effects that were fitted to the recordings beside the ship\'s uncertain parameters, by their probability. ' +
-          'Held-out gain: how much better [nats] what was left out is predicted than by the simulator as it is.');
-  const shown = explanation.hypotheses.slice(0, MOST_HYPOTHESES);
+          'Evidence: log-likelihood, averaged over what is left open, against nothing missing. Unseen data: how much better (log-likelihood) what was left out in turn is predicted than with nothing missing.');
+  const shown = explanation.hypotheses
+                    .filter((h) => h.probability >= WORTH_A_ROW || h.chosen || h.effects?.length === 0)
+                    .slice(0, MOST_HYPOTHESES);
   bars(
       part, 'probability of what may be missing',
       shown.map((h) => ({
@@ -16,7 +18,10 @@ const hypothesesSection = ({explanation}) => {
                   tip: `${short(h.probability)}: ${h.sentence}`,
                 })),
       {axis: 'probability', min: 0, max: 1});
+  const others = explanation.hypotheses.filter((h) => !shown.includes(h)).reduce((sum, h) => sum + h.probability, 0);
   const rows = shown.flatMap(rowsOfHypothesis);
+  if (others > 0)
+    rows.push({first: true, h: {name: 'others', probability: others, converged: true, log_evidence: null}});
   part.append(hypothesesTable(rows));
   priorBars(part, rows.filter(({h, p}) => p && isKnown(p.prior95?.[0]) && h.chosen));
 };
@@ -34,9 +39,11 @@ const hypothesesTable = (rows) => {
   return table(
              [
                {name: 'Missing', of: once((h) => hypothesisName(h.name))},
-               {name: 'Evidence [nats]', of: once((h) => short(h.log_evidence)), kind: 'number'},
+               {name: 'Probability', of: once((h) => probability(h.probability)), kind: 'number'},
+               {name: 'Evidence', of: once((h) => short(h.log_evidence)), kind: 'number'},
+               {name: 'Fit', of: once((h) => (h.converged ? 'converged' : 'not converged'))},
                {
-                 name: 'Held-out gain [nats]',
+                 name: 'Unseen data',
                  of: once((h) => withSd(h.heldout_gain_nats, h.heldout_gain_sd_nats)),
                  kind: 'number'
                },

@@ -26,7 +26,7 @@ const faultsTable = (faults) => {
              [
                {name: 'Fault', of: (f) => f.name, kind: 'name'},
                {name: 'Estimate', of: estimates},
-               {name: 'Held-out gain [nats]', of: (f) => withSd(f.heldout_gain, f.heldout_gain_sd), kind: 'number'},
+               {name: 'Unseen data better by (log-likelihood)', of: (f) => withSd(f.heldout_gain, f.heldout_gain_sd), kind: 'number'},
                {name: 'p', of: (f) => pValue(f.p_value), kind: 'number'},
                {name: 'Meaning', of: (f) => f.sentence},
              ],
@@ -59,7 +59,7 @@ const readings = (part, {contradicted, tested}) => {
                                       [
                                         {name: 'Channel', of: (r) => r.channel},
                                         {name: 'Read as', of: (r) => r.name},
-                                        {name: 'Log-odds [nats]', of: (r) => short(r.log_odds), kind: 'number'},
+                                        {name: 'Log-odds', of: (r) => short(r.log_odds), kind: 'number'},
                                         {name: 'Error, ratio', of: (r) => short(r.error_ratio), kind: 'number'},
                                         {name: 'Meaning', of: (r) => r.sentence},
                                       ],

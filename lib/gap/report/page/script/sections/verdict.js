@@ -6,7 +6,7 @@ const verdictSection = (report) => {
   page.append(hero);
   hero.append(element('div', {class: 'title'}, report.title));
   hero.append(element('h1', {}, element('span', {class: 'badge'}, VERDICT[verdict]), sentence));
-  if (findings.detection.reason) hero.append(paragraph(findings.detection.reason));
+  if (!explanation && findings.detection.reason) hero.append(paragraph(findings.detection.reason));
   hero.append(verdictCards(report));
   const {tau_s: tau} = findings.sigma_w;
   hero.append(paragraph(
@@ -32,8 +32,8 @@ const verdictCards = ({findings, explanation}) => {
       [explanation.heldout_gain_nats, explanation.heldout_gain_sd_nats] :
       [detection.heldout_gain, detection.heldout_gain_sd];
   card(
-      'Chance, if nothing is missing', pValue((explanation || findings).p_value), '',
-      detection.effects.length === 0 ? '' : 'held-out gain ' + natsWithSd(...gain));
+      'p-value, if nothing is missing', pValue((explanation || findings).p_value), '',
+      isKnown(gain[0]) && gain[0] !== 0 ? 'unseen data predicted better by ' + natsWithSd(...gain) : '');
   return cards;
 };
 

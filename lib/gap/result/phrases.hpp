@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gap/result/explanation.hpp"
+
+namespace leeway::gap {
+
+/// An effect with its numbers, rounded to their errors, in the field's words: "a current of 0.10 m/s towards 90 deg".
+/// Its name, where the catalogue does not hold it.
+std::string phrase(const std::string& effect, const std::vector<ExplainedParameter>& parameters);
+
+/// With a capital letter.
+std::string capitalized(std::string text);
+
+}  // namespace leeway::gap

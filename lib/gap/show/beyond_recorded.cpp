@@ -1,0 +1,85 @@
+#include "gap/show/beyond_recorded.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <nlohmann/json.hpp>
+
+#include "core/errors.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "dynamics/indices.hpp"
+#include "dynamics/maneuvers.hpp"
+#include "gap/policy/policy.hpp"
+#include "gap/show/left_out.hpp"
+
+namespace leeway::gap {
+namespace {
+
+double largest_recorded_rudder(const Campaign& campaign) {
+  double largest = 0.0;
+  for (const Stretch& stretch : campaign.stretches)
+    for (const auto& steps : stretch.inputs)
+      for (const Actuator& actuator : campaign.ship.actuators)
+        if (actuator.is_rudder())
+          largest = std::max(largest, std::abs(steps.front().start.actuators[actuator.channel]));
+  return largest;
+}
+
+// By L_pp; NaN where the ship does not come round.
+double tactical_diameter(const Ship& ship, double rudder, double time_scale) {
+  try {
+    const double step_s = kPolicy.show.longest_step_s * time_scale;
+    const TimeGrid grid{step_s, step_s, step_s * std::ceil(kPolicy.show.turning_s * time_scale / step_s)};
+    const auto maneuver = turning(ship, rudder);
+    const Trajectory run = simulate(SimulatedShip(ship), *maneuver, WindProcess(), grid);
+    const io::Json indices = turning_indices(Track(run), rudder, ship.particulars.L_pp);
+    const io::Json& value = indices.at("tactical_diameter_m");
+    return value.is_number() ? std::abs(value.get<double>()) / ship.particulars.L_pp : kMissing;
+  } catch (const NumericalError&) {
+    return kMissing;
+  }
+}
+
+}  // namespace
+
+std::optional<BeyondRecorded> turning_beyond_recorded(const Answered& of, const Explanation& explanation) {
+  if (explanation.coefficient_factors.empty() && explanation.effects.empty()) return std::nullopt;
+  const Ship& ship = of.campaign.ship;
+  double limit = 0.0;
+  for (const Actuator& actuator : ship.actuators)
+    if (actuator.is_rudder()) limit = std::max(limit, std::min(-actuator.min, actuator.max));
+  const double rudder = std::min(limit, kPolicy.show.turning_rudder_deg * kDegree),
+               recorded = largest_recorded_rudder(of.campaign);
+  if (!(recorded < kPolicy.show.as_much_rudder * rudder)) return std::nullopt;
+
+  const FittedNull& fit = of.answer.fit;
+  const Eigen::Index n = fit.theta.size(), coefficients = n - 1 - fit.effects;
+  Eigen::MatrixXd M = fit.total.F;
+  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
+  const Eigen::LLT<Eigen::MatrixXd> llt(M);
+  std::vector<double> found(kPolicy.show.turning_draws);
+  parallel_for(found.size(), of.options.locate.jobs, [&](std::size_t d) {
+    RandomStream random(of.options.locate.seed, "turning-beyond-recorded", d);
+    Eigen::VectorXd normal(n);
+    for (double& one : normal) one = random.normal();
+    const Eigen::VectorXd drawn = fit.theta + std::sqrt(of.answer.kappa) * Eigen::VectorXd(llt.matrixU().solve(normal));
+    const Eigen::VectorXd theta = d == 0 ? fit.theta : drawn;
+    Ship one = of.answer.hypothesis.applied_to(ship, theta.segment(coefficients, fit.effects));
+    if (!explanation.coefficient_factors.empty()) one.multiply(coefficient_changes(fit, theta));
+    found[d] = tactical_diameter(one, rudder, of.campaign.time_scale());
+  });
+  const double best = found.front();
+  std::erase_if(found, [](double d) { return std::isnan(d); });
+  if (std::isnan(best) || found.size() < kPolicy.show.turning_draws / 2) return std::nullopt;
+  std::sort(found.begin(), found.end());
+  const auto quantile = [&](double p) {
+    return found[static_cast<std::size_t>(std::lround(p * static_cast<double>(found.size() - 1)))];
+  };
+  return BeyondRecorded{recorded / kDegree, rudder / kDegree, best, quantile(kPolicy.show.tail95),
+                        quantile(1.0 - kPolicy.show.tail95)};
+}
+
+}  // namespace leeway::gap

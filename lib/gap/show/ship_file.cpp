@@ -1,0 +1,239 @@
+#include "gap/show/ship_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/errors.hpp"
+#include "gap/decide/ship_file.hpp"
+#include "gap/fit/climb.hpp"
+#include "gap/policy/policy.hpp"
+#include "gap/result/numbers.hpp"
+#include "gap/show/left_out.hpp"
+#include "gap/show/module_changes.hpp"
+
+namespace leeway::gap {
+namespace {
+
+Eigen::MatrixXd covariance_of(const FittedNull& fit) {
+  Eigen::MatrixXd M = fit.total.F;
+  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
+  return M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
+}
+
+using Modules = std::vector<std::string>;
+
+// The answer's fit again, with the coefficients of some modules free and all others as the file has them.
+std::optional<Fitted> fitted_alone(const Answered& of, const Modules& free) {
+  Fitted result = of.answer;
+  FittedNull& fit = result.fit;
+  for (Eigen::Index i = 0; i < fit.theta.size() - 1 - fit.effects; ++i) {
+    const UncertainParameter& p = fit.parameters[static_cast<std::size_t>(i)];
+    if (std::any_of(free.begin(), free.end(), [&](const std::string& m) { return is_of_module(p.name, m); })) continue;
+    fit.theta[i] = 0.0;
+    fit.prior_sd[i] = kPolicy.show.as_stated_log_sd * (p.is_absolute ? p.sd : 1.0);
+  }
+  FitOptions options;
+  options.jobs = of.options.locate.jobs;
+  try {
+    Climb climb(of.campaign, fit, result.hypothesis, options, false);
+    climb.until_converged(static_cast<int>(kPolicy.show.module_steps), Judged::nothing);
+    climb.restore_inputs();
+  } catch (const NumericalError&) {
+    return std::nullopt;  // the simulator runs away
+  }
+  const Blocks blocks = blocks_of(of.campaign, fit, fit.noise, {0, nullptr}, options.jobs);
+  result.fold_evidence = fold_evidence(fit, blocks, of.comparison.folds());
+  result.kappa = 1.0;
+  return result;
+}
+
+class FileJudge {
+ public:
+  FileJudge(const Answered& answered)
+      : of_(answered),
+        fit_(answered.answer.fit),
+        names_(modules_of(fit_.parameters)),
+        usual_(usual_conditions(answered.campaign, fit_.smoothed)) {}
+
+  // Each module alone; then those that are off, one after another beside those before: what another module can do as
+  // well is not told twice.
+  void judge(ShipFile& file) const {
+    const std::optional<Fitted> stated = fitted_alone(of_, {});
+    if (!stated) return;
+    std::tie(file.heldout_gain, file.heldout_gain_sd) = of_.comparison.gain(of_.answer, *stated);
+    for (const std::string& name : names_)
+      if (const std::optional<Tried> alone = tried({name}, *stated, left_out(*stated)))
+        file.modules.push_back(alone->module);
+    std::stable_sort(file.modules.begin(), file.modules.end(),
+                     [](const CalibratedModule& a, const CalibratedModule& b) { return a.gain > b.gain; });
+    Modules off;
+    Fitted with = *stated;
+    for (;;) {
+      const std::vector<ShipOnRuns> before = left_out(with);
+      std::optional<Tried> best;
+      for (const CalibratedModule& module : file.modules) {
+        if (std::find(off.begin(), off.end(), module.name) != off.end()) continue;
+        Modules free = off;
+        free.push_back(module.name);
+        std::optional<Tried> one = tried(free, with, before);
+        if (one && is_off(one->module, file.modules.size(), of_.options.locate.false_alarm) &&
+            (!best || one->module.gain > best->module.gain))
+          best = std::move(one);
+      }
+      if (!best) break;
+      off.push_back(best->module.name);
+      file.off.push_back(best->module);
+      with = std::move(best->fitted);
+    }
+    for (CalibratedModule& module : file.off)
+      module.changes = module_changes(of_.ship, module.name, with.fit.parameters, coefficients(with.fit.theta),
+                                      coefficients(covariance_of(with.fit)), usual_);
+  }
+
+  std::vector<FittedCoefficient> fitted_coefficients() const {
+    const Eigen::MatrixXd covariance = of_.answer.kappa * covariance_of(fit_);
+    std::vector<FittedCoefficient> result;
+    for (Eigen::Index i = 0; i < count(); ++i) {
+      const UncertainParameter& p = fit_.parameters[static_cast<std::size_t>(i)];
+      FittedCoefficient c{
+          p.name, p.is_absolute, p.sd, fit_.theta[i], std::sqrt(covariance(i, i)), {kMissing, kMissing, kMissing}};
+      const double reach = kPolicy.show.normal95 * c.shift_sd;
+      if (!p.is_absolute) c.by = {std::exp(c.shift), std::exp(c.shift - reach), std::exp(c.shift + reach)};
+      result.push_back(c);
+    }
+    return result;
+  }
+
+  // How many of the coefficients are known better than the file states: sum of 1 - variance after/before.
+  double determined() const {
+    FittedNull stated = fit_;
+    for (Eigen::Index i = 0; i < count(); ++i) stated.prior_sd[i] = fit_.parameters[static_cast<std::size_t>(i)].sd;
+    const Eigen::VectorXd before = stated.prior_sd.cwiseAbs2(), after = covariance_of(stated).diagonal();
+    return static_cast<double>(count()) - coefficients(Eigen::VectorXd(after.cwiseQuotient(before))).sum();
+  }
+
+ private:
+  Eigen::Index count() const { return fit_.theta.size() - 1 - fit_.effects; }
+  Eigen::VectorXd coefficients(const Eigen::VectorXd& of) const { return of.head(count()); }
+  Eigen::MatrixXd coefficients(const Eigen::MatrixXd& of) const { return of.topLeftCorner(count(), count()); }
+  struct Tried {
+    CalibratedModule module;  // the last of those that are free
+    Fitted fitted;
+  };
+  std::optional<Tried> tried(const Modules& free, const Fitted& than, const std::vector<ShipOnRuns>& before) const {
+    std::optional<Fitted> fitted = fitted_alone(of_, free);
+    if (!fitted) return std::nullopt;
+    CalibratedModule module;
+    module.name = free.back();
+    std::tie(module.gain, module.gain_sd) = of_.comparison.gain(*fitted, than);
+    module.helps_free_runs =
+        is_beyond_chance(of_.campaign, of_.null.smoothed, before, left_out(*fitted), of_.options.locate.jobs);
+    return Tried{std::move(module), std::move(*fitted)};
+  }
+  std::vector<ShipOnRuns> left_out(const Fitted& fitted) const {
+    return leave_out_in_turn(of_.campaign, fitted.hypothesis, fitted.fit, of_.comparison.folds(),
+                             of_.options.locate.jobs)
+        .with_coefficients;
+  }
+
+  const Answered& of_;
+  const FittedNull& fit_;
+  const std::vector<std::string> names_;
+  const UsualConditions usual_;
+};
+
+// "resistance at 1.18 m/s 19 % too high (57 N, 48 +- 2 N fit)".
+std::string sentence_of(const ModuleChange& change) {
+  const double sd = std::abs(change.after) * std::log(change.by.high / change.by.low) / (2.0 * kPolicy.show.normal95);
+  const std::string name = change.where.empty() ? change.quantity : change.quantity + ' ' + change.where;
+  if (change.unit == "1/s")
+    return fmt::format("{} with {} instead of {} {}", name, rounded(change.after, sd), rounded(change.before, sd),
+                       change.unit);
+  const double off = 100.0 * (change.before / change.after - 1.0),
+               off_sd = sd * std::abs(change.before) * 100.0 / (change.after * change.after);
+  return fmt::format("{} {} % too {} ({} instead of {} {})", name, rounded(std::abs(off), off_sd),
+                     off > 0.0 ? "high" : "low", rounded(std::abs(change.before), sd),
+                     rounded(std::abs(change.after), sd), change.unit);
+}
+
+std::string sentence_of(const FittedCoefficient& c) {
+  if (c.is_absolute)
+    return fmt::format("{} is off by {}, which the file states to be known to {:.2g}", c.name,
+                       with_sd(c.shift, c.shift_sd), c.stated_sd);
+  return fmt::format("{} is {} times what the file has, which states it to be known to {}", c.name,
+                     with_sd(c.by.factor, c.by.factor * c.shift_sd), percent(c.stated_sd));
+}
+
+void add_findings(const CalibratedModule& module, ShipFile& file, std::vector<std::string>& told) {
+  std::size_t count = 0;
+  for (const ModuleChange& change : module.changes) {
+    if (!change.by.is_off() || count == kPolicy.show.most_changes) continue;
+    const std::string sentence = sentence_of(change);
+    if (std::any_of(file.findings.begin(), file.findings.end(),
+                    [&](const ShipFileFinding& f) { return f.sentence == sentence; }))
+      continue;  // hull and propeller make self-propulsion together
+    file.findings.push_back({module.name, change.by, kMissing, module.gain, sentence});
+    told.push_back(sentence);
+    ++count;
+  }
+  if (count == 0) {
+    file.findings.push_back({module.name,
+                             {kMissing, kMissing, kMissing},
+                             kMissing,
+                             module.gain,
+                             fmt::format("coefficients of the {} together", module.name)});
+    told.push_back(file.findings.back().sentence);
+  }
+}
+
+}  // namespace
+
+ShipFile judge_ship_file(const Answered& answered, const Explanation& explanation) {
+  const FileJudge judge(answered);
+  ShipFile file;
+  judge.judge(file);
+  std::vector<std::string> told;
+  for (const CalibratedModule& module : file.off) add_findings(module, file, told);
+  for (const FittedCoefficient& c : judge.fitted_coefficients()) {
+    if (!is_off(c)) continue;
+    const auto of = std::find_if(file.modules.begin(), file.modules.end(),
+                                 [&](const CalibratedModule& m) { return is_of_module(c.name, m.name); });
+    const double gain = of == file.modules.end() ? kMissing : of->gain;
+    file.findings.push_back({c.name, c.by, c.is_absolute ? kMissing : c.stated_sd, gain, sentence_of(c)});
+    told.push_back(file.findings.back().sentence);
+  }
+  const bool together = !explanation.coefficient_factors.empty();
+  if (told.empty() && together) told.emplace_back("several coefficients together, none of them alone");
+
+  const Findings& findings = answered.findings;
+  ShipFileFound found;
+  found.is_off = !told.empty();
+  found.converged = answered.answer.fit.report.converged;
+  found.is_spoiled =
+      !findings.corrected && !(findings.audit.faults.empty() && findings.conventions.contradicted.empty());
+  found.samples = answered.answer.fit.report.samples;
+  found.determined = judge.determined();
+  file.state = decide_ship_file(found);
+  switch (file.state) {
+    case ShipFileState::off:
+      file.sentence = fmt::format("The ship file is off: {}.", fmt::join(told, "; "));
+      break;
+    case ShipFileState::as_stated:
+      file.sentence = "The ship file agrees with the recordings within what it states.";
+      break;
+    case ShipFileState::cannot_tell:
+      file.findings.clear();
+      file.sentence = found.is_spoiled   ? "Of the ship file nothing can be said before the sensors are corrected."
+                      : !found.converged ? "Of the ship file nothing can be said: the fit has not converged."
+                                         : "Too little was recorded to judge the ship file.";
+      break;
+  }
+  return file;
+}
+
+}  // namespace leeway::gap
