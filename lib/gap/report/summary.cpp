@@ -367,12 +367,14 @@ void add_answer(Screen& screen, const Explanation& explanation, const Explained*
     if (second == nullptr) second = &other;
     others += other.probability;
   }
-  if (second == nullptr || second->probability < kPolicy.show.possible) return;
-  const std::string name = second->effects.empty() ? "nothing missing" : second->name;
+  if (second == nullptr || others < kPolicy.show.possible) return;
+  if (second->probability < kPolicy.show.possible)
+    return screen.item("Others",
+                       fmt::format("probability {:.2f} in all, none more than {:.3f}", others, second->probability), 1);
   const double rest = others - second->probability;
   screen.item("Runner-up",
-              fmt::format("{}, probability {:.2f}{}{}", name, second->probability,
-                          second->converged ? "" : " (its fit has not converged)",
+              fmt::format("{}, probability {:.2f}{}{}", second->effects.empty() ? "nothing missing" : second->name,
+                          second->probability, second->converged ? "" : " (its fit has not converged)",
                           rest < kPolicy.show.possible ? "" : fmt::format("; all others {:.2f}", rest)),
               1);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -189,6 +190,34 @@ SensorHypothesis sensor_hypothesis(const Findings& findings) {
   return found;
 }
 
+// Whether all effects of a fit are within a standard deviation of doing nothing.
+bool does_nothing(const Fitted& fitted) {
+  const Coordinates z = coordinates_of(fitted.fit);
+  const std::vector<EffectSpan> spans = spans_of(fitted.hypothesis);
+  return !spans.empty() && std::all_of(spans.begin(), spans.end(), [&](const EffectSpan& span) {
+    const auto neutral = fitted.hypothesis.effects[span.effect].neutral();
+    if (!neutral) return false;
+    const Eigen::VectorXd away =
+        z.mean.segment(span.first, span.count) - neutral->replicate(static_cast<Eigen::Index>(span.effects), 1);
+    const Eigen::MatrixXd covariance = z.covariance.block(span.first, span.first, span.count, span.count);
+    return away.dot(covariance.llt().solve(away)) < static_cast<double>(span.count);
+  });
+}
+
+// An effect that does nothing cannot make the recordings likelier: then the fit without it has stopped too early.
+void note_unconverged_none(Explanation& explanation, const std::vector<Fitted>& all) {
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const double gained = explanation.hypotheses[i].log_evidence;
+    if (gained < kPolicy.decide.strong_odds || !does_nothing(all[i])) continue;
+    explanation.hypotheses.front().converged = false;
+    explanation.notices.push_back(
+        fmt::format("{} does nothing where it fits best, and yet the recordings are likelier with it by {:.0f} "
+                    "(log-likelihood): the fit with nothing missing has not converged, and gains against it say little",
+                    explanation.hypotheses[i].name, gained));
+    return;
+  }
+}
+
 // The hypothesis with the most effects of those that are claimed, and no others.
 void mark_chosen(Explanation& explanation) {
   const auto is_claimed = [&](const std::string& name) {
@@ -211,6 +240,7 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, c
   const std::vector<double> probabilities = comparison.probabilities();
   for (std::size_t i = 0; i < all.size(); ++i) explanation.hypotheses[i].probability = probabilities[i];
   limit_unknown(explanation);
+  note_unconverged_none(explanation, all);
 
   std::vector<const Fitted*> possible;
   std::vector<double> weight;
