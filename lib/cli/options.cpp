@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "cli/completion.hpp"
 #include "cli/messages.hpp"
 #include "cli/resources.hpp"
 #include "core/errors.hpp"
@@ -50,6 +51,10 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
     return kComputationFailed;
   }
 #endif
+  if (argc > 1 && argv[1] == std::string(kComplete)) {
+    io::write_text("-", completion_text(app, {argv + 2, argv + argc}));
+    return kOk;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {
