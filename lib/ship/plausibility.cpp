@@ -19,7 +19,7 @@ struct Usual {
 };
 constexpr Usual kDensity{990.0, 1035.0}, kLengthByBreadth{2.5, 12.0}, kBreadthByDraft{1.2, 10.0}, kBlock{0.35, 0.95},
     kMass{0.03, 0.6}, kSurgeMass{0.01, 0.25}, kSwayMass{0.3, 2.0}, kGyration{0.2, 0.5}, kGravityCenter{-0.1, 0.1},
-    kResistance{0.002, 0.08}, kSwayByYaw{-0.3, 0.3}, kCrossFlow{0.1, 2.5};
+    kResistance{0.002, 0.08}, kSwayByYaw{-0.3, 0.3}, kFourthDrift{-1.0, 3.0}, kCrossFlow{0.1, 2.5};
 constexpr Usual kDiameter{0.15, 1.0}, kThrust{0.1, 0.8}, kWake{-0.1, 0.75}, kDeduction{-0.05, 0.6};
 constexpr Usual kRudderArea{0.005, 0.08}, kRudderPlace{-0.6, 0.0}, kRudderHeight{0.2, 1.2}, kHullShare{0.0, 1.0},
     kHullSharePlace{-0.6, -0.2}, kRudderArm{-1.5, -0.3}, kStraightening{0.1, 1.2}, kWakeRatio{0.5, 2.0},
@@ -27,7 +27,7 @@ constexpr Usual kRudderArea{0.005, 0.08}, kRudderPlace{-0.6, 0.0}, kRudderHeight
 constexpr Usual kFrontArea{0.01, 3.0}, kSideArea{0.05, 8.0};  // of the wind, by L d
 constexpr Usual kThrusterThrust{0.05, 0.8}, kThrusterPlace{-0.55, 0.55};
 // As of a full-scale ship by Froude's law: [m/s], [deg/s]; angles [deg].
-constexpr Usual kPropellerTip{0.0, 100.0}, kThrusterTip{0.0, 60.0}, kRudderRate{0.5, 40.0}, kRudderAngle{5.0, 180.0};
+constexpr Usual kPropellerTip{0.0, 120.0}, kThrusterTip{0.0, 60.0}, kRudderRate{0.5, 40.0}, kRudderAngle{5.0, 180.0};
 
 // The fastest that hulls of this block coefficient go: Alexander's formula, C_b = 1.08 - 1.68 Fr, and 0.1 more.
 Usual usual_froude(double C_b) { return {0.0, std::clamp((1.08 - C_b) / 1.68 + 0.1, 0.15, 0.6)}; }
@@ -70,6 +70,7 @@ void look_at_hull(const Ship& ship, Remarks& remarks) {
     remarks.negative("/hull/N_r", hull.N_r, "since the hull damps yaw");
     remarks.usual("/hull/Y_r", hull.Y_r, kSwayByYaw);
     if constexpr (requires { hull.C_D; }) remarks.usual("/hull/C_D", hull.C_D, kCrossFlow);
+    if constexpr (requires { hull.X_vvvv; }) remarks.usual("/hull/X_vvvv", hull.X_vvvv, kFourthDrift);
     if constexpr (requires { hull.Y_vvv; }) {
       remarks.negative("/hull/Y_vvv", hull.Y_vvv, "since the cross flow resists drift");
       remarks.negative("/hull/Y_vrr", hull.Y_vrr, "since yawing adds to the resistance to drift");
@@ -133,8 +134,9 @@ void look_at_rudder(const Ship& ship, Remarks& remarks) {
     const Actuator& a = ship.actuators[i];
     if (!a.is_angle() || a.turns_freely()) continue;
     const std::string at = fmt::format("/actuators/{}", i);
-    remarks.usual("the largest angle of " + at, std::max(std::abs(a.min), std::abs(a.max)) / kDegree, kRudderAngle,
-                  "it is in degrees");
+    for (const auto& [key, bound] : {std::pair{"/min_deg", a.min}, std::pair{"/max_deg", a.max}})
+      if (bound != 0.0)
+        remarks.usual(at + key + " without its sign", std::abs(bound) / kDegree, kRudderAngle, "it is in degrees");
     remarks.usual(at + "/rate_degps, as of a full-scale ship,", a.rate / kDegree / std::sqrt(ship.scale), kRudderRate,
                   "it is in degrees per second");
   }

@@ -197,6 +197,16 @@ TEST_CASE("scale: there and back again is the same ship", "[estimate][scale]") {
   CHECK_THAT(back.ship.scale, WithinRel(320.0 / 7.0, 1e-9));
 }
 
+TEST_CASE("scale: a small hull without a scale is said to be taken for a ship", "[estimate][scale]") {
+  io::Json json = io::read_json(io::find_config("ships", "kvlcc2-l7"));
+  json.erase("scale");
+  const ScaledShip up = scale_ship(json, parse_ship(json, "ship.json"), 14.0);
+  REQUIRE(up.warnings.size() == 1);
+  CHECK_THAT(up.warnings[0], Catch::Matchers::Contains("a hull of 7 m") && Catch::Matchers::Contains("`scale`"));
+  CHECK(up.ship.particulars.rho == 1000.0);
+  CHECK(scaled("kvlcc2-l7", 14.0).warnings.empty());
+}
+
 TEST_CASE("scale: a ship of its own size stays as it is", "[estimate][scale]") {
   const ScaledShip same = scaled("kvlcc2-l7", 7.0);
   CHECK(same.corrections.empty());
