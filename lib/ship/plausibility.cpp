@@ -30,7 +30,9 @@ constexpr Usual kThrusterThrust{0.05, 0.8}, kThrusterPlace{-0.55, 0.55};
 constexpr Usual kPropellerTip{0.0, 120.0}, kThrusterTip{0.0, 60.0}, kRudderRate{0.5, 40.0}, kRudderAngle{5.0, 180.0};
 
 // The fastest that hulls of this block coefficient go: Alexander's formula, C_b = 1.08 - 1.68 Fr, and 0.1 more.
-Usual usual_froude(double C_b) { return {0.0, std::clamp((1.08 - C_b) / 1.68 + 0.1, 0.15, 0.6)}; }
+Usual usual_froude(double C_b) {
+  return {0.0, 0.01 * std::round(100.0 * std::clamp((1.08 - C_b) / 1.68 + 0.1, 0.15, 0.6))};
+}
 
 class Remarks {
  public:
