@@ -48,6 +48,7 @@ void run_scale(const CLI::App& app, const SimOptions& opt, double length_m) {
   estimate::ScaledShip scaled = estimate::scale_ship(io::read_json(ship.file), ship, length_m);
   for (const estimate::ScaleCorrection& c : scaled.corrections)
     spdlog::info("{}: {:.4g} to {:.4g}, log-sd {:.3f} more: {}", c.name, c.before, c.after, c.added_log_sd, c.why);
+  for (const std::string& warning : scaled.warnings) spdlog::warn("{}: {}", ship.file, warning);
   scaled.json["provenance"] = provenance(app, opt.common, {ship.file});
   io::write_text(opt.output, io::to_text(scaled.json));
 }

@@ -10,19 +10,13 @@
 namespace leeway::estimate {
 namespace {
 
-constexpr std::string_view kHoltrop =
-    "Holtrop & Mennen (1982), Int. Shipbuilding Progress 29, 166-170, friction by ITTC 1957";
-constexpr std::string_view kStandard = "Yasukawa & Yoshimura (2015), JMST 20, 37-52";
-constexpr std::string_view kSoeding = "Soeding (1982), 2.7 rho V^(5/3)/L^2, as in Fossen (2021)";
-constexpr std::string_view kFujii = "Fujii & Tuda (1961), 6.13 A/(A + 2.25) by the aspect ratio A";
-constexpr std::string_view kQuadvlieg = "Quadvlieg (2013), 0.627 C_b - 0.153";
-constexpr std::string_view kHirano = "Hirano (1980), -(0.4 + 0.1 C_b)";
-
 class Estimating {
  public:
   explicit Estimating(const CompleteHull& hull) : h_(hull), form_(hull.form) {}
 
   CoefficientEstimates run() {
+    result_.warnings = h_.warnings;
+    check_state();
     inertia();
     hull_forces();
     if (h_.has_screw) {
@@ -35,109 +29,158 @@ class Estimating {
  private:
   double add(const char* name, std::vector<MethodValue> methods, std::string remark = "") {
     double sum = 0.0;
-    for (const MethodValue& method : methods) sum += method.value;
+    for (const MethodValue& method : methods) {
+      check(*method.formula);
+      sum += method.value;
+    }
     const double value = sum / static_cast<double>(methods.size());
     result_.all.push_back({name, value, std::move(methods), std::move(remark)});
     return value;
   }
 
-  void check(const FormulaRange& range) {
-    const auto outside = [&](const char* what, double value, double low, double high) {
-      if (value >= low && value <= high) return;
-      if (!told_.insert(std::string(range.source) + what).second) return;
-      result_.warnings.push_back(fmt::format("{} is {:.3g}: outside of {:g} to {:g}, for which {} is made", what, value,
-                                             low, high, range.source));
-    };
-    outside("C_b", form_.C_b, range.C_b_low, range.C_b_high);
-    outside("L/B", form_.L_by_B, range.L_by_B_low, range.L_by_B_high);
-    outside("B/d", form_.B_by_d, range.B_by_d_low, range.B_by_d_high);
+  double parameter(std::string_view name) const {
+    const std::pair<std::string_view, double> all[] = {{"C_b", form_.C_b},
+                                                       {"L/B", form_.L_by_B},
+                                                       {"B/d", form_.B_by_d},
+                                                       {"C_P", h_.holtrop.C_P()},
+                                                       {"Fr", h_.Froude()},
+                                                       {"aspect ratio", h_.H_R * h_.H_R / h_.A_R},
+                                                       {"P/D", h_.screw.pitch_ratio},
+                                                       {"A_E/A_0", h_.screw.area_ratio},
+                                                       {"blades", h_.screw.blades}};
+    return std::ranges::find(all, name, [](const auto& p) { return p.first; })->second;
+  }
+
+  void check(const FormulaRange& formula) {
+    for (const auto& [name, low, high] : formula.parameters) {
+      const double value = parameter(name);
+      if (value >= low && value <= high) continue;
+      if (!told_.insert(std::string(formula.source) + std::string(name)).second) continue;
+      result_.warnings.push_back(fmt::format("{} is {:.3g}: outside of {:g} to {:g}, for which {} is made", name, value,
+                                             low, high, formula.source));
+    }
+  }
+
+  // What no formula asks for and all of them take for granted: an even keel, a service speed, a design draft.
+  void check_state() {
+    constexpr double kLevelTrim = 0.05, kSlowFroude = 0.08, kLeastReynolds = 1e6, kMostBreadthByDesignDraft = 4.0;
+    const HullParticulars& p = h_.given;
+    std::vector<std::string>& warnings = result_.warnings;
+    const double trim = p.d_aft - p.d_fore;
+    if (std::abs(trim) > kLevelTrim * p.d)
+      warnings.push_back(
+          fmt::format("the trim by the {}, {:.3g} m, is {:.0f} % of the draft: hull derivatives and interaction are "
+                      "those of an even "
+                      "keel (up to {:.0f} %)",
+                      trim > 0.0 ? "stern" : "bow", std::abs(trim), 100.0 * std::abs(trim) / p.d, 100.0 * kLevelTrim));
+    if (h_.Froude() < kSlowFroude)
+      warnings.push_back(fmt::format(
+          "the service speed of {:.4g} m/s is a Froude number of {:.3g}; usual: {:g} to 0.45: resistance, wake and "
+          "revolutions are taken at it, and hold for it",
+          h_.service_speed, h_.Froude(), kSlowFroude));
+    if (const double Re = h_.service_speed * p.L_pp / h_.water.nu; Re < kLeastReynolds)
+      warnings.push_back(
+          fmt::format("the Reynolds number at service speed is {:.3g}; the friction line of ITTC 1957 is for turbulent "
+                      "flow, from {:g} on",
+                      Re, kLeastReynolds));
+    const bool is_sized =
+        (!h_.has_screw || (p.propeller && p.propeller->diameter)) && (!h_.has_screw || (p.rudder && p.rudder->area));
+    if (!is_sized && form_.B_by_d > kMostBreadthByDesignDraft)
+      warnings.push_back(fmt::format(
+          "B/d is {:.3g}; usual at the design draft: 2 to {:g}. Propeller and rudder are sized by statistics of the "
+          "design draft: at a ballast draft state propeller/diameter_m and rudder/area_m2",
+          form_.B_by_d, kMostBreadthByDesignDraft));
+  }
+
+  // A formula's value within what makes sense; where it is held, the remark and a warning say so.
+  double limited(const std::string& what, double value, double low, double high, const FormulaRange& formula,
+                 std::string& remark) {
+    const double held = std::clamp(value, low, high);
+    if (held == value) return value;
+    remark += fmt::format("{}{} limited to {:g} from {:.3g}", remark.empty() ? "" : "; ", what, held, value);
+    result_.warnings.push_back(
+        fmt::format("{} is {:.3g} by {}: limited to {:g} to {:g}", what, value, formula.source, low, high));
+    return held;
   }
 
   void inertia() {
-    for (const FormulaRange* range : {&kClarke, &kZhou}) check(*range);
-    m_x_ = add("inertia.m_x",
-               {{"5 % of m, Clarke, Gedling & Hine (1983)", m_x_by_clarke(form_)}, {kSoeding, m_x_by_soeding(form_)}});
-    m_y_ = add("inertia.m_y", {{kZhou.source, m_y_by_zhou(form_)}, {kClarke.source, m_y_by_clarke(form_)}});
+    m_x_ = add("inertia.m_x", {{&kClarkeSurge, m_x_by_clarke(form_)}, {&kSoeding, m_x_by_soeding(form_)}});
+    m_y_ = add("inertia.m_y", {{&kZhou, m_y_by_zhou(form_)}, {&kClarke, m_y_by_clarke(form_)}});
     const double I_zG = form_.m * 0.0625;
-    add("inertia.I_z", {{kZhou.source, I_zG + J_z_by_zhou(form_)}, {kClarke.source, I_zG + J_z_by_clarke(form_)}},
+    add("inertia.I_z", {{&kZhou, I_zG + J_z_by_zhou(form_)}, {&kClarke, I_zG + J_z_by_clarke(form_)}},
         "with a radius of gyration of 0.25 L for I_zG");
   }
 
   void hull_forces() {
-    for (const FormulaRange* range : {&kKijima, &kLee, &kYoshimura}) check(*range);
     const double U = h_.service_speed, q = 0.5 * h_.water.rho * h_.given.L_pp * h_.given.d * U * U;
-    const double C_P = h_.holtrop.C_P();
-    if (C_P < 0.55 || C_P > 0.85)
-      result_.warnings.push_back(
-          fmt::format("C_P is {:.3g}: outside of 0.55 to 0.85, for which Holtrop & Mennen (1982) is made", C_P));
-    add("hull.resistance", {{kHoltrop, holtrop_resistance(h_.holtrop, U).total / q}},
-        fmt::format("at {:.4g} m/s, Froude number {:.3f}", U, h_.Froude()));
+    std::string limits;
+    for (const std::string& limit : holtrop_limits(h_.holtrop)) {
+      result_.warnings.push_back(fmt::format("{}: {} is not made for such a hull", limit, kHoltrop.source));
+      limits += "; " + limit;
+    }
+    add("hull.resistance", {{&kHoltrop, holtrop_resistance(h_.holtrop, U).total / q}},
+        fmt::format("at {:.4g} m/s, Froude number {:.3f}{}", U, h_.Froude(), limits));
     const LinearDerivatives a = linear_by_kijima(form_, m_x_), b = linear_by_clarke(form_),
                             c = linear_by_lee(form_, m_x_);
     const auto mean = [&](const char* name, double LinearDerivatives::*of) {
-      add(name, {{kKijima.source, a.*of}, {kClarke.source, b.*of}, {kLee.source, c.*of}});
+      add(name, {{&kKijima, a.*of}, {&kClarke, b.*of}, {&kLee, c.*of}});
     };
     mean("hull.Y_v", &LinearDerivatives::Y_v);
     mean("hull.Y_r", &LinearDerivatives::Y_r);
     mean("hull.N_v", &LinearDerivatives::N_v);
     mean("hull.N_r", &LinearDerivatives::N_r);
     const FurtherDerivatives f = further_by_yoshimura(form_, m_y_);
-    add("hull.X_vv", {{kYoshimura.source, f.X_vv}});
-    add("hull.X_vr", {{kYoshimura.source, f.X_vr}});
-    add("hull.X_rr", {{kYoshimura.source, f.X_rr}});
-    add("hull.X_vvvv", {{kYoshimura.source, f.X_vvvv}});
-    add("hull.Y_vvv", {{kYoshimura.source, f.Y_vvv}});
-    add("hull.Y_vvr", {{kYoshimura.source, f.Y_vvr}, {kLee.source, Y_vvr_by_lee(form_)}});
-    add("hull.Y_vrr", {{kYoshimura.source, f.Y_vrr}});
-    add("hull.Y_rrr", {{kYoshimura.source, f.Y_rrr}});
-    add("hull.N_vvv", {{kYoshimura.source, f.N_vvv}});
-    add("hull.N_vvr", {{kYoshimura.source, f.N_vvr}});
-    add("hull.N_vrr", {{kYoshimura.source, f.N_vrr}});
-    add("hull.N_rrr", {{kYoshimura.source, f.N_rrr}});
+    add("hull.X_vv", {{&kYoshimura, f.X_vv}});
+    add("hull.X_vr", {{&kYoshimura, f.X_vr}});
+    add("hull.X_rr", {{&kYoshimura, f.X_rr}});
+    add("hull.X_vvvv", {{&kYoshimura, f.X_vvvv}});
+    add("hull.Y_vvv", {{&kYoshimura, f.Y_vvv}});
+    add("hull.Y_vvr", {{&kYoshimura, f.Y_vvr}, {&kLee, Y_vvr_by_lee(form_)}});
+    add("hull.Y_vrr", {{&kYoshimura, f.Y_vrr}});
+    add("hull.Y_rrr", {{&kYoshimura, f.Y_rrr}});
+    add("hull.N_vvv", {{&kYoshimura, f.N_vvv}});
+    add("hull.N_vvr", {{&kYoshimura, f.N_vvr}});
+    add("hull.N_vrr", {{&kYoshimura, f.N_vrr}});
+    add("hull.N_rrr", {{&kYoshimura, f.N_rrr}});
   }
 
   void propeller() {
     const SeriesPropeller& s = h_.screw;
-    const auto outside = [&](const char* what, double value, double low, double high) {
-      if (value < low || value > high)
-        result_.warnings.push_back(
-            fmt::format("the propeller's {} is {:.3g}: outside of {:g} to {:g}, the B series", what, value, low, high));
-    };
-    outside("pitch ratio", s.pitch_ratio, 0.5, 1.4);
-    outside("area ratio", s.area_ratio, 0.3, 1.05);
-    outside("number of blades", s.blades, 2.0, 7.0);
     const QuadraticThrust fit = fit_quadratic(s);
     result_.K_T = fit.K_T;
     const double J = 0.5 * wageningen_J_0(s);
-    add("propeller.K_T", {{"Wageningen B series, Oosterveld & van Oossanen (1975)", wageningen_K_T(s, J)}},
+    add("propeller.K_T", {{&kWageningen, wageningen_K_T(s, J)}},
         fmt::format(
             "B{:.0f}-{:.0f}, P/D {:.3f}; the quadratic in J is within {:.4f} of the series; here K_T at J {:.2f}",
             s.blades, 100.0 * s.area_ratio, s.pitch_ratio, fit.largest_error, J));
-    const double holtrop = std::clamp(wake_by_holtrop(h_), 0.0, 0.6);
-    add("propeller.1-w_P", {{kYoshimura.source, 1.0 - w_P0_by_yoshimura(form_)}, {kHoltrop, 1.0 - holtrop}});
-    add("propeller.1-t_P", {{kHoltrop, 1.0 - std::clamp(holtrop_thrust_deduction(h_.holtrop, h_.D_P), 0.0, 0.4)}});
-    add("propeller.C_1", {{kStandard, 2.0}}, "that of KVLCC2");
-    add("propeller.C_2_negative", {{kStandard, 1.1}}, "that of KVLCC2");
-    add("propeller.C_2_positive", {{kStandard, 1.6}}, "that of KVLCC2");
+    std::string wake, deduction;
+    const double w_P = limited("w_P", wake_by_holtrop(h_), 0.0, 0.6, kHoltrop, wake);
+    const double t_P = limited("t_P", holtrop_thrust_deduction(h_.holtrop, h_.D_P), 0.0, 0.4, kHoltrop, deduction);
+    add("propeller.1-w_P", {{&kYoshimura, 1.0 - w_P0_by_yoshimura(form_)}, {&kHoltrop, 1.0 - w_P}}, wake);
+    add("propeller.1-t_P", {{&kHoltrop, 1.0 - t_P}}, deduction);
+    add("propeller.C_1", {{&kStandard, 2.0}}, "that of KVLCC2");
+    add("propeller.C_2_negative", {{&kStandard, 1.1}}, "that of KVLCC2");
+    add("propeller.C_2_positive", {{&kStandard, 1.6}}, "that of KVLCC2");
   }
 
   void rudder() {
     const double w_P0 = 1.0 - result_["propeller.1-w_P"];
-    add("rudder.1-t_R", {{kYoshimura.source, 1.0 - t_R_by_yoshimura()}, {kKijima.source, 1.0 - t_R_by_kijima(form_)}});
-    add("rudder.gain", {{kFujii, f_alpha_by_fujii(h_.H_R * h_.H_R / h_.A_R)}});
-    add("rudder.a_H",
-        {{kYoshimura.source, a_H_by_yoshimura(form_)}, {kQuadvlieg, std::max(0.05, a_H_by_quadvlieg(form_))}});
-    add("rudder.x_H", {{kYoshimura.source, x_H_by_yoshimura()}, {kHirano, x_H_by_hirano(form_)}});
-    add("rudder.l_R", {{kYoshimura.source, -0.9}});
-    const double epsilon = std::clamp(epsilon_by_yoshimura(w_P0), 0.7, 1.8);
-    add("rudder.epsilon", {{kYoshimura.source, epsilon}}, "2.26 - 1.82 (1 - w_P0)");
-    add("rudder.kappa", {{kYoshimura.source, 0.55 / epsilon}}, "0.55/epsilon");
+    add("rudder.1-t_R", {{&kYoshimura, 1.0 - t_R_by_yoshimura()}, {&kKijima, 1.0 - t_R_by_kijima(form_)}});
+    add("rudder.gain", {{&kFujii, f_alpha_by_fujii(h_.H_R * h_.H_R / h_.A_R)}});
+    std::string a_H_limit, remark = "2.26 - 1.82 (1 - w_P0)";
+    const double a_H = limited("a_H", a_H_by_quadvlieg(form_), 0.05, 1.0, kQuadvlieg, a_H_limit);
+    add("rudder.a_H", {{&kYoshimura, a_H_by_yoshimura(form_)}, {&kQuadvlieg, a_H}}, a_H_limit);
+    add("rudder.x_H", {{&kYoshimura, x_H_by_yoshimura()}, {&kHirano, x_H_by_hirano(form_)}});
+    add("rudder.l_R", {{&kYoshimura, -0.9}});
+    const double epsilon = limited("epsilon", epsilon_by_yoshimura(w_P0), 0.7, 1.8, kYoshimura, remark);
+    add("rudder.epsilon", {{&kYoshimura, epsilon}}, remark);
+    add("rudder.kappa", {{&kYoshimura, 0.55 / epsilon}}, "0.55/epsilon");
     // A right-handed screw straightens the flow less where the stern swings to port; the ratio is that of tankers.
     constexpr double kSide = 1.15;
     const double gamma_R = gamma_R_by_yoshimura(form_);
-    add("rudder.gamma_R_negative", {{kYoshimura.source, gamma_R / kSide}},
+    add("rudder.gamma_R_negative", {{&kYoshimura, gamma_R / kSide}},
         "2.06 C_b B/L + 0.14, by 1.15: a right-handed screw's sides (ours)");
-    add("rudder.gamma_R_positive", {{kYoshimura.source, gamma_R * kSide}},
+    add("rudder.gamma_R_positive", {{&kYoshimura, gamma_R * kSide}},
         "2.06 C_b B/L + 0.14, times 1.15: a right-handed screw's sides (ours)");
   }
 
@@ -153,10 +196,15 @@ class Estimating {
 std::string CoefficientEstimate::source() const {
   std::string text = methods.size() > 1 ? "mean of " : "";
   for (std::size_t i = 0; i < methods.size(); ++i) {
-    text += fmt::format("{}{}", i > 0 ? "; " : "", methods[i].source);
+    text += fmt::format("{}{}", i > 0 ? "; " : "", methods[i].formula->cited());
     if (methods.size() > 1) text += fmt::format(" ({:.3g})", methods[i].value);
   }
   return remark.empty() ? text : text + ": " + remark;
+}
+
+bool CoefficientEstimate::differs_in_sign() const {
+  const auto is_negative = [](const MethodValue& m) { return m.value < 0.0; };
+  return std::ranges::any_of(methods, is_negative) && !std::ranges::all_of(methods, is_negative);
 }
 
 const CoefficientEstimate* CoefficientEstimates::find(std::string_view name) const {

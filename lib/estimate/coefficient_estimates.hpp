@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,7 @@ namespace leeway::estimate {
 
 /// One formula's value of a coefficient.
 struct MethodValue {
-  std::string_view source;
+  const FormulaRange* formula;
   double value;
 };
 
@@ -20,14 +21,16 @@ struct CoefficientEstimate {
   std::vector<MethodValue> methods;
   std::string remark;  ///< what else is to be said of where it comes from
 
-  /// "mean of A (-0.41), B (-0.39)".
+  /// "mean of A [C_b 0.5 to 0.85] (-0.41); B [no published range known] (-0.39)".
   std::string source() const;
+  /// Whether one formula's value is positive and another one's negative.
+  bool differs_in_sign() const;
 };
 
 struct CoefficientEstimates {
   std::vector<CoefficientEstimate> all;
   std::array<double, 3> K_T{};        ///< constant, J, J^2
-  std::vector<std::string> warnings;  ///< parameters outside the range of a formula
+  std::vector<std::string> warnings;  ///< parameters outside the range of a formula, values that are limited
 
   /// The value of a name that is there.
   double operator[](std::string_view name) const;

@@ -3,16 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "core/units.hpp"
 
 namespace leeway::estimate {
 namespace {
 
-// Length of run.
-double L_R(const HoltropHull& h) {
+// What powers are taken of, as the formulas have it and held where it is too small: beyond the data (C_P 0.55 to 0.85)
+// it becomes negative. Each bound is about that of a C_P of 0.9.
+struct Base {
+  const char* formula;
+  double value, least;
+  double held() const { return std::max(value, least); }
+};
+Base run(const HoltropHull& h) {  // length of run by L
   const double C_P = h.C_P();
-  return h.L * (1.0 - C_P + 0.06 * C_P * h.lcb / (4.0 * C_P - 1.0));
+  return {"the length of run by L", 1.0 - C_P + 0.06 * C_P * h.lcb / std::max(4.0 * C_P - 1.0, 0.2), 0.05};
 }
+Base forward(const HoltropHull& h) { return {"1 - C_P - 0.0225 lcb", 1.0 - h.C_P() - 0.0225 * h.lcb, 0.02}; }
+Base aft(const HoltropHull& h) { return {"1 - C_P + 0.0225 lcb", 1.0 - h.C_P() + 0.0225 * h.lcb, 0.02}; }
+Base fullness(const HoltropHull& h) { return {"0.95 - C_P", 0.95 - h.C_P(), 0.05}; }
+Base block(const HoltropHull& h) { return {"0.95 - C_B", 0.95 - h.C_B(), 0.05}; }
+Base stern(const HoltropHull& h) {  // 1 - C_P1
+  return {"1.315 - 1.45 C_P + 0.0225 lcb", 1.315 - 1.45 * h.C_P() + 0.0225 * h.lcb, 0.05};
+}
+
+double L_R(const HoltropHull& h) { return h.L * run(h).held(); }
 
 double c7(const HoltropHull& h) {
   const double x = h.B / h.L;
@@ -60,7 +77,7 @@ double allowance(const HoltropHull& h) {
          0.003 * std::sqrt(h.L / 7.5) * C_B * C_B * C_B * C_B * c2 * (0.04 - c4);
 }
 
-double C_P1(const HoltropHull& h) { return 1.45 * h.C_P() - 0.315 - 0.0225 * h.lcb; }
+double C_P1(const HoltropHull& h) { return 1.0 - stern(h).held(); }
 
 double c11(const HoltropHull& h, double D) {
   const double x = h.T_A / D;
@@ -68,6 +85,16 @@ double c11(const HoltropHull& h, double D) {
 }
 
 }  // namespace
+
+std::vector<std::string> holtrop_limits(const HoltropHull& h) {
+  std::vector<std::string> limits;
+  for (const Base& base : {run(h), forward(h), aft(h), fullness(h), block(h), stern(h)})
+    if (base.value < base.least)
+      limits.push_back(
+          fmt::format("at a C_b of {:.3g} (C_P {:.3g}, 0.55 to 0.85 in the data) {} is {:.3g}, held at {:g}", h.C_B(),
+                      h.C_P(), base.formula, base.value, base.least));
+  return limits;
+}
 
 double ittc_57(double reynolds) {
   const double x = std::log10(reynolds) - 2.0;
@@ -83,7 +110,7 @@ double holtrop_wetted_surface(const HoltropHull& h) {
 
 double holtrop_entrance(const HoltropHull& h) {
   return 1.0 + 89.0 * std::exp(-std::pow(h.L / h.B, 0.80856) * std::pow(1.0 - h.C_WP, 0.30484) *
-                               std::pow(1.0 - h.C_P() - 0.0225 * h.lcb, 0.6367) * std::pow(L_R(h) / h.B, 0.34574) *
+                               std::pow(forward(h).held(), 0.6367) * std::pow(L_R(h) / h.B, 0.34574) *
                                std::pow(100.0 * h.volume / (h.L * h.L * h.L), 0.16302));
 }
 
@@ -92,9 +119,9 @@ double holtrop_form_factor(const HoltropHull& h) {
   const double c12 = x > 0.05   ? std::pow(x, 0.2228446)
                      : x > 0.02 ? 48.20 * std::pow(x - 0.02, 2.078) + 0.479948
                                 : 0.479948;
-  const double c13 = 1.0 + 0.003 * h.C_stern, C_P = h.C_P();
-  return c13 * (0.93 + c12 * std::pow(h.B / L_R(h), 0.92497) * std::pow(0.95 - C_P, -0.521448) *
-                           std::pow(1.0 - C_P + 0.0225 * h.lcb, 0.6906));
+  const double c13 = 1.0 + 0.003 * h.C_stern;
+  return c13 * (0.93 + c12 * std::pow(h.B / L_R(h), 0.92497) * std::pow(fullness(h).held(), -0.521448) *
+                           std::pow(aft(h).held(), 0.6906));
 }
 
 HoltropResistance holtrop_resistance(const HoltropHull& h, double speed) {
@@ -114,12 +141,12 @@ HoltropResistance holtrop_resistance(const HoltropHull& h, double speed) {
 }
 
 double holtrop_wake(const HoltropHull& h, double speed, double D) {
-  const double x = h.B / h.T_A, S = holtrop_wetted_surface(h), C_P = h.C_P();
+  const double x = h.B / h.T_A, S = holtrop_wetted_surface(h);
   const double c8 = x < 5.0 ? h.B * S / (h.L * D * h.T_A) : S * (7.0 * x - 25.0) / (h.L * D * (x - 3.0));
   const double c9 = c8 < 28.0 ? c8 : 32.0 - 16.0 / (c8 - 24.0);
   const double C_V = holtrop_form_factor(h) * ittc_57(speed * h.L / h.nu) + allowance(h);
   return c9 * C_V * h.L / h.T_A * (0.0661875 + 1.21756 * c11(h, D) * C_V / (1.0 - C_P1(h))) +
-         0.24558 * std::sqrt(h.B / (h.L * (1.0 - C_P1(h)))) - 0.09726 / (0.95 - C_P) + 0.11434 / (0.95 - h.C_B()) +
+         0.24558 * std::sqrt(h.B / (h.L * (1.0 - C_P1(h)))) - 0.09726 / fullness(h).held() + 0.11434 / block(h).held() +
          0.75 * h.C_stern * C_V + 0.002 * h.C_stern;
 }
 

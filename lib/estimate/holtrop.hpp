@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace leeway::estimate {
 
 /// What the method asks for. Lengths [m], lcb in % of L forward of L/2, speed [m/s].
@@ -30,6 +33,10 @@ struct HoltropResistance {
   double total;                     ///< [N]: R_F (1 + k_1) + R_W + R_B + R_TR + R_A
 };
 HoltropResistance holtrop_resistance(const HoltropHull& hull, double speed);
+
+/// What the method takes powers of and a hull fuller, or finer, than its data has below 0: held at a small number, so
+/// that it has a value. "C_b of 0.92 (C_P 0.925) is too full: 1 - C_P - 0.0225 lcb is held at 0.02"; mostly none.
+std::vector<std::string> holtrop_limits(const HoltropHull& hull);
 
 /// Wake fraction and thrust deduction of a single screw of diameter D, same source.
 double holtrop_wake(const HoltropHull& hull, double speed, double D);

@@ -10,9 +10,12 @@
 namespace leeway::estimate {
 namespace {
 
-double stated_sd(const CoefficientLaw& law, const std::string& name) {
+// In the errors of this kind.
+double stated_sd(const CoefficientLaw& law, const MeasuredHull::Value& value, const ErrorKind& kind) {
   for (const UncertainCoefficient& c : law.coefficients)
-    if (c.name == name) return c.sd;
+    if (c.name == value.name)
+      return c.is_absolute && !kind.is_absolute ? c.sd / std::abs(value.estimated)
+                                                : c.sd;  // the formulas differ in sign
   return 0.0;
 }
 
@@ -36,7 +39,7 @@ io::Json compare_measured_hulls(const std::vector<MeasuredHull>& hulls) {
     for (const MeasuredHull::Value& value : hull.values) {
       const ErrorKind& kind = *find_error_kind(value.name);
       const bool is_coefficient = value.name != kTacticalDiameter;
-      const double sd = is_coefficient ? stated_sd(law, value.name) : width_of(widths, value.name),
+      const double sd = is_coefficient ? stated_sd(law, value, kind) : width_of(widths, value.name),
                    error = error_of(kind, value);
       const bool is_within = std::abs(error) <= kNormal95 * sd;  // a wrong sign of a certain one is none
       within += is_coefficient && is_within ? 1 : 0;
@@ -59,7 +62,10 @@ io::Json compare_measured_hulls(const std::vector<MeasuredHull>& hulls) {
                    {"outside_of_ranges", estimates.warnings},
                    {"coefficients", coefficients}});
   }
-  return {{"hulls", all}, {"within_95", within}, {"coefficients", count}};
+  io::Json formulas = io::Json::array();
+  for (const FormulaRange* formula : all_formulas())
+    formulas.push_back({{"source", formula->source}, {"range", formula->text()}});
+  return {{"hulls", all}, {"within_95", within}, {"coefficients", count}, {"formulas", formulas}};
 }
 
 }  // namespace leeway::estimate

@@ -22,6 +22,30 @@ constexpr io::Bounds kLength_m{0.3, 600.0}, kScale{0.1, 500.0}, kBlock{0.25, 0.9
 constexpr double kLeastLengthByBreadth = 2.0, kMostLengthByBreadth = 15.0;
 constexpr double kLeastBreadthByDraft = 1.3, kMostBreadthByDraft = 15.0;
 constexpr double kMostRudderShare = 0.15;  // of L d
+// What is missing where none of several keys is there.
+constexpr const char *kDraft = "d_m (or d_fore_m and d_aft_m)", *kBlockKeys = "C_b (or displacement_t)";
+// All keys, so that of a file with missing ones the unknown are told and no others.
+constexpr const char* kKeys[] = {"name",
+                                 "description",
+                                 "source",
+                                 "scale",
+                                 "L_pp_m",
+                                 "B_m",
+                                 "d_m",
+                                 "d_fore_m",
+                                 "d_aft_m",
+                                 "C_b",
+                                 "displacement_t",
+                                 "x_G_m",
+                                 "wetted_surface_m2",
+                                 "service_speed_mps",
+                                 "service_speed_kn",
+                                 "propeller",
+                                 "rudder",
+                                 "bow_thruster",
+                                 "stern_thruster",
+                                 "azimuth_thrusters",
+                                 "superstructure"};
 
 std::optional<double> number_if(const JsonObject& json, const std::string& key, io::Bounds bounds = {}) {
   if (!json.has(key)) return std::nullopt;
@@ -43,8 +67,11 @@ void check_within(const JsonObject& json, const std::string& key, double value, 
 }
 
 void read_draft(const JsonObject& json, HullParticulars& hull) {
-  if (json.has("d_m") || (!json.has("d_fore_m") && !json.has("d_aft_m"))) {
-    hull.d = hull.d_fore = hull.d_aft = json.number("d_m", kPositive);
+  const bool has_ends = json.has("d_fore_m") || json.has("d_aft_m");
+  if (json.has("d_m") || !has_ends) {
+    for (const char* key : {"d_fore_m", "d_aft_m"})
+      if (json.has(key)) json.fail(key, "stands beside d_m: give d_m, or d_fore_m and d_aft_m");
+    hull.d = hull.d_fore = hull.d_aft = json.number(json.has("d_m") ? "d_m" : kDraft, kPositive);
   } else {
     hull.d_fore = json.number("d_fore_m", kPositive);
     hull.d_aft = json.number("d_aft_m", kPositive);
@@ -63,7 +90,7 @@ void read_block(const JsonObject& json, HullParticulars& hull) {
                             hull.C_b, kBlock.low, kBlock.high));
     return;
   }
-  hull.C_b = json.number("C_b", kBlock);
+  hull.C_b = json.number(json.has("C_b") ? "C_b" : kBlockKeys, kBlock);
   if (json.has("displacement_t")) json.fail("displacement_t", "stands beside C_b: give one of them");
 }
 
@@ -100,6 +127,8 @@ RudderParticulars read_rudder(const JsonObject& json, const HullParticulars& hul
   if (const auto angle = number_if(json, "max_angle_deg", {5.0, 105.0})) r.max_angle = *angle * degree;
   if (const auto rate = number_if(json, "rate_degps", {0.1, 200.0})) r.rate = *rate * degree;
   r.is_vectwin = json.has("type") && json.word("type", {"single", "vectwin"}) == "vectwin";
+  if (r.is_vectwin && r.max_angle)
+    json.fail("max_angle_deg", "is not taken with VecTwin rudders, which turn 105 deg outward and 35 deg inward");
   json.check_all_known();
   return r;
 }
@@ -144,10 +173,12 @@ void read_propulsion(const JsonObject& json, HullParticulars& hull) {
 
 HullParticulars read_whole(const JsonObject& json) {
   HullParticulars hull;
+  for (const char* key : kKeys) json.has(key);
   hull.file = json.file();
   hull.name = json.text("name");
   json.text_or("description", "");
   json.text_or("source", "");
+  hull.has_scale = json.has("scale");
   hull.scale = json.number_or("scale", 1.0, kScale);
   hull.L_pp = json.number("L_pp_m", kLength_m);
   hull.B = json.number("B_m", kPositive);
@@ -167,9 +198,10 @@ HullParticulars read_whole(const JsonObject& json) {
     hull.service_speed = *speed * kKnot;
   }
   if (hull.service_speed) {
-    const double most = 0.6 * std::sqrt(kGravity_mps2 * hull.L_pp);
-    check_within(json, json.has("service_speed_mps") ? "service_speed_mps" : "service_speed_kn", *hull.service_speed,
-                 0.0, most, "a Froude number of 0.6 [m/s]");
+    const bool is_in_kn = json.has("service_speed_kn");
+    const double unit = is_in_kn ? kKnot : 1.0, most = 0.6 * std::sqrt(kGravity_mps2 * hull.L_pp);
+    check_within(json, is_in_kn ? "service_speed_kn" : "service_speed_mps", *hull.service_speed / unit, 0.0,
+                 most / unit, fmt::format("a Froude number of 0.6 [{}]", is_in_kn ? "kn" : "m/s"));
   }
   read_propulsion(json, hull);
   if (const auto s = json.object_if("superstructure")) hull.superstructure = read_superstructure(*s, hull);

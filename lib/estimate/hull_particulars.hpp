@@ -33,10 +33,16 @@ struct SuperstructureParticulars {
   std::optional<double> frontal_area, lateral_area, lateral_centroid_x, height;  ///< [m^2, m^2, m, m]
 };
 
+/// Length of the full-scale ship by this one's, up to which a hull is a ship, rough and in sea water; beyond, a model.
+inline constexpr double kLargestShipScale = 1.5;
+/// Below this length [m] a file without a scale may be a model's.
+inline constexpr double kUsualShipLength_m = 15.0;
+
 /// What a data sheet says of a ship. SI and radians; what it leaves open is filled by fill() of statistics.hpp.
 struct HullParticulars {
   std::string name, file;
   double scale = 1.0;                   ///< length of the full-scale ship by this one's
+  bool has_scale = false;               ///< it is stated
   double L_pp = 0.0, B = 0.0, d = 0.0;  ///< [m]
   double d_aft = 0.0, d_fore = 0.0;     ///< [m]
   double C_b = 0.0;
@@ -47,7 +53,7 @@ struct HullParticulars {
   std::vector<ThrusterParticulars> azimuth_thrusters;
   SuperstructureParticulars superstructure;
 
-  bool is_model() const { return scale != 1.0; }
+  bool is_model() const { return scale > kLargestShipScale; }
   double volume() const { return C_b * L_pp * B * d; }
   /// m/(0.5 rho L^2 d).
   double m() const { return 2.0 * C_b * B / L_pp; }

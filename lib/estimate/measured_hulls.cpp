@@ -168,15 +168,17 @@ std::vector<Width> fit_widths(const std::vector<MeasuredHull>& hulls, const std:
   return widths;
 }
 
-double uncertainty_of(const CoefficientEstimate& estimate, const ErrorKind& kind, const std::vector<Width>& widths) {
+Spread uncertainty_of(const CoefficientEstimate& estimate, const ErrorKind& kind, const std::vector<Width>& widths) {
   const auto width = std::ranges::find_if(widths, [&](const Width& w) { return w.name == kind.name; });
+  const bool is_absolute = kind.is_absolute || estimate.differs_in_sign();
   double sum = 0.0;
   for (const MethodValue& method : estimate.methods) {
-    const double e = kind.is_absolute ? method.value - estimate.value : std::log(method.value / estimate.value);
-    if (std::isfinite(e)) sum += e * e;
+    const double e = is_absolute ? method.value - estimate.value : std::log(method.value / estimate.value);
+    sum += e * e;
   }
-  const double n = static_cast<double>(estimate.methods.size());
-  return std::max(width->sd, n > 1.0 ? std::sqrt(sum / (n - 1.0)) : 0.0);
+  const double n = static_cast<double>(estimate.methods.size()), differ = n > 1.0 ? std::sqrt(sum / (n - 1.0)) : 0.0;
+  const double own = is_absolute && !kind.is_absolute ? width->sd * std::abs(estimate.value) : width->sd;
+  return {std::max(own, differ), is_absolute};
 }
 
 }  // namespace leeway::estimate

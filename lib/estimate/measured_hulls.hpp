@@ -51,7 +51,13 @@ struct Width {
 std::vector<Width> fit_widths(const std::vector<MeasuredHull>& hulls, const std::vector<std::string>& without = {});
 inline constexpr double kPriorHulls = 8.0;
 
-/// How well an estimate is known: the width of its kind, and at least what its methods differ by.
-double uncertainty_of(const CoefficientEstimate& estimate, const ErrorKind& kind, const std::vector<Width>& widths);
+/// How well an estimate is known.
+struct Spread {
+  double sd;
+  bool is_absolute;  ///< of the value; else of its logarithm
+};
+/// The width of its kind, and at least what its methods differ by. Where they differ in sign, that of a value, whatever
+/// the kind: its sign is not known.
+Spread uncertainty_of(const CoefficientEstimate& estimate, const ErrorKind& kind, const std::vector<Width>& widths);
 
 }  // namespace leeway::estimate

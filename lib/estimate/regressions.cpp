@@ -2,17 +2,78 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "core/units.hpp"
 
 namespace leeway::estimate {
 
-const FormulaRange kKijima{
-    "Kijima, Katsuno, Nakiri & Furukawa (1990), J. SNAJ 168, 247-257", 0.5, 0.85, 4.5, 7.5, 2.0, 5.0};
-const FormulaRange kClarke{"Clarke, Gedling & Hine (1983), Trans. RINA 125, 45-68", 0.38, 0.89, 3.9, 10.0, 1.9, 8.0};
-const FormulaRange kLee{
-    "Lee et al. (1998), as in Sukas, Kinaci & Bal (2019), Ocean Engineering 192, 106239", 0.5, 0.9, 4.5, 8.0, 2.0, 5.0};
-const FormulaRange kYoshimura{"Yoshimura & Masumoto (2012), MARSIM", 0.5, 0.85, 2.5, 7.5, 2.0, 4.0};
-const FormulaRange kZhou{"Zhou, Sheng & Feng (1983), regression of Motora's charts", 0.5, 0.85, 4.0, 9.0, 2.0, 5.0};
+namespace {
+
+constexpr ParameterRange kOfKijima[] = {{"C_b", 0.5, 0.85}, {"L/B", 4.5, 7.5}, {"B/d", 2.0, 5.0}},
+                         kOfClarke[] = {{"C_b", 0.38, 0.89}, {"L/B", 3.9, 10.0}, {"B/d", 1.9, 8.0}},
+                         kOfLee[] = {{"C_b", 0.5, 0.9}, {"L/B", 4.5, 8.0}, {"B/d", 2.0, 5.0}},
+                         kOfYoshimura[] = {{"C_b", 0.5, 0.85}, {"L/B", 2.5, 7.5}, {"B/d", 2.0, 4.0}},
+                         kOfZhou[] = {{"C_b", 0.5, 0.85}, {"L/B", 4.0, 9.0}, {"B/d", 2.0, 5.0}},
+                         kOfHoltrop[] = {{"Fr", 0.0, 0.45}, {"C_P", 0.55, 0.85}, {"L/B", 3.9, 9.5}, {"B/d", 2.1, 4.0}},
+                         kOfWageningen[] = {{"blades", 2.0, 7.0}, {"A_E/A_0", 0.3, 1.05}, {"P/D", 0.5, 1.4}},
+                         kOfFujii[] = {{"aspect ratio", 0.5, 3.0}};
+
+}  // namespace
+
+const FormulaRange kKijima{"Kijima, Katsuno, Nakiri & Furukawa (1990), J. SNAJ 168, 247-257", kOfKijima};
+const FormulaRange kClarke{"Clarke, Gedling & Hine (1983), Trans. RINA 125, 45-68", kOfClarke};
+const FormulaRange kClarkeSurge{"5 % of m, Clarke, Gedling & Hine (1983)", kOfClarke};
+const FormulaRange kLee{"Lee et al. (1998), as in Sukas, Kinaci & Bal (2019), Ocean Engineering 192, 106239", kOfLee};
+const FormulaRange kYoshimura{"Yoshimura & Masumoto (2012), MARSIM", kOfYoshimura};
+const FormulaRange kZhou{"Zhou, Sheng & Feng (1983), regression of Motora's charts", kOfZhou};
+const FormulaRange kSoeding{"Soeding (1982), 2.7 rho V^(5/3)/L^2, as in Fossen (2021)"};
+const FormulaRange kHoltrop{"Holtrop & Mennen (1982), Int. Shipbuilding Progress 29, 166-170, friction by ITTC 1957",
+                            kOfHoltrop};
+const FormulaRange kWageningen{"Wageningen B series, Oosterveld & van Oossanen (1975)", kOfWageningen};
+const FormulaRange kStandard{"Yasukawa & Yoshimura (2015), JMST 20, 37-52"};
+const FormulaRange kFujii{"Fujii & Tuda (1961), 6.13 A/(A + 2.25) by the aspect ratio A", kOfFujii};
+const FormulaRange kQuadvlieg{"Quadvlieg (2013), 0.627 C_b - 0.153"};
+const FormulaRange kHirano{"Hirano (1980), -(0.4 + 0.1 C_b)"};
+const FormulaRange kAlexander{"Alexander's formula, C_b = 1.08 - 1.68 Fr"};
+const FormulaRange kSchneekluth{
+    "center of buoyancy 20 (C_b - 0.675) % of L ahead of midship, Schneekluth & Bertram (1998)"};
+const FormulaRange kTankerPropeller{"0.395 d + 1.30 m of a tanker or bulk carrier, Kristensen & Lützen (2012)"};
+const FormulaRange kContainerPropeller{"0.623 d - 0.16 m of a container ship, Kristensen & Lützen (2012)"};
+const FormulaRange kRudderArea{"Det Norske Veritas' minimum, L d/100 (1 + 25 (B/L)^2)"};
+const FormulaRange kFujiwara{"Fujiwara, Ueno & Nimura (1998), J. SNAJ 183, 77-90"};
+
+std::span<const FormulaRange* const> all_formulas() {
+  static constexpr const FormulaRange* kAll[] = {&kKijima,
+                                                 &kClarke,
+                                                 &kLee,
+                                                 &kYoshimura,
+                                                 &kZhou,
+                                                 &kSoeding,
+                                                 &kHoltrop,
+                                                 &kWageningen,
+                                                 &kStandard,
+                                                 &kFujii,
+                                                 &kQuadvlieg,
+                                                 &kHirano,
+                                                 &kAlexander,
+                                                 &kSchneekluth,
+                                                 &kTankerPropeller,
+                                                 &kContainerPropeller,
+                                                 &kRudderArea,
+                                                 &kFujiwara};
+  return kAll;
+}
+
+std::string FormulaRange::text() const {
+  if (parameters.empty()) return "no published range known";
+  std::string text;
+  for (const ParameterRange& p : parameters)
+    text += fmt::format("{}{} {:g} to {:g}", text.empty() ? "" : ", ", p.parameter, p.low, p.high);
+  return text;
+}
+
+std::string FormulaRange::cited() const { return fmt::format("{} [{}]", source, text()); }
 
 // k = 2 d/L, c = C_b B/L; Y_r and N_r of a ship on even keel.
 LinearDerivatives linear_by_kijima(const HullForm& h, double m_x) {

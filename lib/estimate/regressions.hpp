@@ -1,6 +1,7 @@
 #pragma once
 
-#include <array>
+#include <span>
+#include <string>
 #include <string_view>
 
 namespace leeway::estimate {
@@ -16,12 +17,28 @@ struct HullForm {
   double k() const { return 2.0 / L_by_d; }  ///< 2 d/L
 };
 
-/// A published set of formulas and the hulls that it was made from, as far as its authors say it.
+/// What a formula was made from, of one parameter: "C_b", "L/B", "B/d", "C_P", "Fr", "aspect ratio", "P/D", "A_E/A_0",
+/// "blades".
+struct ParameterRange {
+  std::string_view parameter;
+  double low, high;
+};
+
+/// A published formula, or set of them, and the range that it was made for, as far as its authors say it.
 struct FormulaRange {
   std::string_view source;
-  double C_b_low, C_b_high, L_by_B_low, L_by_B_high, B_by_d_low, B_by_d_high;
+  std::span<const ParameterRange> parameters = {};  ///< none: no published range is known
+
+  /// "C_b 0.5 to 0.85, L/B 4.5 to 7.5", or that none is known.
+  std::string text() const;
+  /// The source with its range in square brackets.
+  std::string cited() const;
 };
-extern const FormulaRange kKijima, kClarke, kLee, kYoshimura, kZhou;
+extern const FormulaRange kKijima, kClarke, kClarkeSurge, kLee, kYoshimura, kZhou, kSoeding;  // hull
+extern const FormulaRange kHoltrop, kWageningen, kStandard, kFujii, kQuadvlieg, kHirano;      // resistance and stern
+extern const FormulaRange kAlexander, kSchneekluth, kTankerPropeller, kContainerPropeller, kRudderArea, kFujiwara;
+/// All of them.
+std::span<const FormulaRange* const> all_formulas();
 
 /// Linear derivatives in MMG's form: 0.5 rho L d U^2, of midship, without added mass.
 struct LinearDerivatives {

@@ -37,12 +37,18 @@ class Building {
     above_water();
     uncertainty();
     actuators();
-    ShipEstimate result{json_, parse_ship(json_, p_.name), h_.assumptions, e_.warnings};
-    if (h_.has_screw) {
-      set_revolutions(self_propulsion_n(result.ship, h_.service_speed));
-      result = {json_, parse_ship(json_, p_.name), h_.assumptions, e_.warnings};
-    }
-    return result;
+    const Ship ship = parse_ship(json_, p_.name);
+    name_sources(ship);
+    if (h_.has_screw)
+      set_revolutions(self_propulsion_n(ship, h_.service_speed));
+    else
+      check_thrusters(ship);
+    if (!p_.has_scale && p_.L_pp < kUsualShipLength_m)
+      e_.warnings.push_back(fmt::format(
+          "/scale is not stated: this hull of {:g} m is taken for a ship in sea water; for a model state the "
+          "length of its ship by its own",
+          p_.L_pp));
+    return {json_, parse_ship(json_, p_.name), h_.assumptions, e_.warnings};
   }
 
  private:
@@ -177,10 +183,10 @@ class Building {
 
   void above_water() {
     json_["wind"] = {{"type", "fujiwara-1998"},
-                     {"source",
-                      "Fujiwara, Ueno & Nimura (1998), J. SNAJ 183, 77-90; deck areas and centroids that no key "
-                      "holds by the proportions of the Esso Osaka" +
-                          filled("superstructure/")},
+                     {"source", kFujiwara.cited() +
+                                    "; deck areas and centroids that no key "
+                                    "holds by the proportions of the Esso Osaka" +
+                                    filled("superstructure/")},
                      {"rho_air_kgpm3", kAirDensity_kgpm3},
                      {"B_m", p_.B},
                      {"A_T_m2", h_.A_T},
@@ -200,9 +206,12 @@ class Building {
             "Student's t for their number; {\"sd\"}: of the value, since the sign is not certain"}};
     for (const CoefficientEstimate& estimate : e_.all) {
       const ErrorKind& kind = *find_error_kind(estimate.name);
-      const double sd = uncertainty_of(estimate, kind, widths_);
-      all[estimate.name] = kind.is_absolute ? Json{{"sd", sd}} : Json(std::min(sd, kLogSdRange.high));
+      const Spread spread = uncertainty_of(estimate, kind, widths_);
+      all[estimate.name] = spread.is_absolute ? Json{{"sd", spread.sd}} : Json(std::min(spread.sd, kLogSdRange.high));
       sources[estimate.name] = estimate.source();
+      if (spread.is_absolute && !kind.is_absolute)
+        e_.warnings.push_back(fmt::format("{} is {:.3g}, and its sign is not known: {}", estimate.name, estimate.value,
+                                          estimate.source()));
     }
     all["hull.resistance_slow"] = 0.10;
     if (h_.has_screw) {
@@ -222,6 +231,44 @@ class Building {
     all["wind.k_X"] = h_.has_stated_areas ? 0.20 : 0.35;
     all["wind.k_Y"] = h_.has_stated_areas ? 0.15 : 0.30;
     all["wind.k_N"] = h_.has_stated_areas ? 0.30 : 0.45;
+  }
+
+  // Where those coefficients come from that no formula of particulars gives; their uncertainties are ours.
+  void name_sources(const Ship& ship) {
+    Json& sources = json_["coefficient_sources"];
+    const std::string width = "; its uncertainty is ours";
+    for (const Coefficient& c : Model<double>(ship).coefficients()) {
+      if (sources.contains(c.name)) continue;
+      const std::string part = c.name.substr(0, c.name.find('.'));
+      std::string source(c.reference);  // of resistance_slow, gain_35deg and gain_90deg: what the module has built in
+      if (c.name == "propeller.K_T_J" || c.name == "propeller.K_T_JJ")
+        source = sources["propeller.K_T"].get<std::string>() + ": the quadratic's";
+      else if (c.name == "propeller.K_T_reversed")
+        source = json_["propeller"]["reversed"]["source"].get<std::string>();
+      else if (part == "wind" || (part == "rudder" && !c.name.starts_with("rudder.gain_") && ship.has_twin_rudders()))
+        source = json_[part]["source"].get<std::string>();
+      else if (part == "thruster" || part == "azimuth")
+        source = thruster_source(c.name);
+      sources[c.name] = source + width;
+    }
+  }
+
+  // Of "thruster.K_T_bow_positive", "azimuth.K_T_J_2".
+  std::string thruster_source(const std::string& name) const {
+    const std::string channel = name.find("_bow_") != std::string::npos     ? "n_bt"
+                                : name.find("_stern_") != std::string::npos ? "n_st"
+                                                                            : "n_az" + name.substr(name.size() - 1);
+    const auto found =
+        std::ranges::find_if(json_.at("thrusters"), [&](const Json& t) { return t["channel"] == channel; });
+    return found->at("source").get<std::string>();
+  }
+
+  void check_thrusters(const Ship& ship) {
+    try {
+      self_propulsion_n(ship, ship.u0_mps);
+    } catch (const NumericalError& e) {
+      e_.warnings.push_back(fmt::format("{}: max_thrust_N is in N, max_rps in 1/s", e.what()));
+    }
   }
 
   void actuators() {

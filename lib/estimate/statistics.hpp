@@ -31,6 +31,7 @@ struct CompleteHull {
   double A_T = 0.0, A_L = 0.0, C = 0.0, H_BR = 0.0;  ///< above water: front, side [m^2], centroid, height [m]
   bool has_stated_areas = false;
   std::vector<Assumption> assumptions;
+  std::vector<std::string> warnings;  ///< values that statistics gave and what makes sense limits
 
   double Froude() const;
 };

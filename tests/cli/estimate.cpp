@@ -61,7 +61,7 @@ TEST_CASE("mmg-sim estimate: what is wrong is said with key, unit and range", "[
   answers(folder, "mmg-sim estimate feet.json", 3, "feet.json: /d_m: expected 3.867 to 44.62, [m]");
   folder.write("none.json", R"({"name": "t"})");
   answers(folder, "mmg-sim estimate none.json", 3, "/L_pp_m: missing");
-  answers(folder, "mmg-sim estimate none.json", 3, "/C_b: missing");
+  answers(folder, "mmg-sim estimate none.json", 3, "/C_b (or displacement_t): missing");
   answers(folder, "mmg-sim estimate", 2, "give particulars");
   answers(folder, "mmg-sim estimate kvlcc2 --without titanic", 2, "no measured hull 'titanic'");
   folder.write("slender.json",

@@ -64,6 +64,23 @@ TEST_CASE("Holtrop and Mennen: more speed, more resistance; a model has no allow
   CHECK(holtrop_resistance(h, 12.0).total < last);
 }
 
+TEST_CASE("Holtrop and Mennen: a hull fuller than all data has a value and says what is held", "[estimate][holtrop]") {
+  HoltropHull h = printed_example();
+  CHECK(holtrop_limits(h).empty());
+  for (const double C_b : {0.89, 0.93, 0.98}) {
+    CAPTURE(C_b);
+    h.volume = C_b * h.L * h.B * h.T();
+    h.C_M = 0.998;
+    h.lcb = 4.0;
+    h.C_WP = (1.0 + 2.0 * C_b) / 3.0;
+    REQUIRE_FALSE(holtrop_limits(h).empty());
+    CHECK(holtrop_limits(h)[0].find("C_b of 0.") != std::string::npos);
+    CHECK(holtrop_resistance(h, 6.0).total > 0.0);
+    CHECK(std::isfinite(holtrop_wake(h, 6.0, 6.0)));
+    CHECK(std::isfinite(holtrop_thrust_deduction(h, 6.0)));
+  }
+}
+
 TEST_CASE("ITTC 1957: the printed line", "[estimate][holtrop]") {
   CHECK_THAT(ittc_57(1e6), WithinRel(4.6875e-3, 1e-9));
   CHECK_THAT(ittc_57(1e9), WithinRel(1.5306e-3, 1e-4));

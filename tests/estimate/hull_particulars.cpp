@@ -31,7 +31,38 @@ HullParticulars particulars_with(const io::Json& more) {
 TEST_CASE("particulars: what is missing is said all at once", "[estimate][particulars]") {
   const io::Json none{{"name", "t"}, {"B_m", 58.0}};
   io::JsonObject object(none, "t.json");
-  CHECK_THROWS_WITH(read_particulars(object), Contains("/L_pp_m") && Contains("/d_m") && Contains("/C_b"));
+  CHECK_THROWS_WITH(read_particulars(object), Contains("/L_pp_m") && Contains("/d_m (or d_fore_m and d_aft_m)") &&
+                                                  Contains("/C_b (or displacement_t)"));
+}
+
+TEST_CASE("particulars: beside what is missing the unknown keys are told, and which one is meant",
+          "[estimate][particulars]") {
+  const io::Json slip{{"name", "t"}, {"B_m", 58.0}, {"d_m", 20.8}, {"C_b", 0.81}, {"Lpp_m", 320.0}, {"rubbish", 1}};
+  io::JsonObject object(slip, "t.json");
+  CHECK_THROWS_WITH(read_particulars(object), Contains("/L_pp_m: missing") &&
+                                                  Contains("not yet read here: Lpp_m, rubbish") &&
+                                                  Contains("is 'Lpp_m' meant?") && !Contains("is 'rubbish' meant"));
+  CHECK_THROWS_WITH(particulars_with({{"Propeller", {{"diameter_m", 9.0}}}}), Contains("did you mean 'propeller'?"));
+  CHECK_THROWS_WITH(particulars_with({{"rudder", {{"area", 90.0}}}}), Contains("did you mean 'area_m2'?"));
+}
+
+TEST_CASE("particulars: a draft or speed given twice, a speed in kn, an angle of VecTwin rudders",
+          "[estimate][particulars]") {
+  CHECK_THROWS_WITH(particulars_with({{"d_fore_m", 20.0}}), Contains("/d_fore_m: stands beside d_m"));
+  CHECK_THROWS_WITH(particulars_with({{"service_speed_kn", 70.0}}),
+                    Contains("expected 0 to 65.3") && Contains("[kn], got 70"));
+  CHECK_THROWS_WITH(particulars_with({{"rudder", {{"type", "vectwin"}, {"max_angle_deg", 70.0}}}}),
+                    Contains("/rudder/max_angle_deg") && Contains("105 deg outward"));
+}
+
+TEST_CASE("particulars: what statistics give is limited to what makes sense, and that is said",
+          "[estimate][particulars]") {
+  CHECK(fill(particulars_with(io::Json::object())).warnings.empty());
+  const CompleteHull light = fill(particulars_with({{"d_m", 6.0}, {"C_b", 0.9}}));
+  std::string all;
+  for (const std::string& warning : light.warnings) all += warning + "\n";
+  CHECK_THAT(all, Contains("/propeller/pitch_ratio is 0.61") && Contains("limited to 0.65 to 1.1"));
+  CHECK_THAT(all, Contains("/service_speed_mps") && Contains("Alexander") && Contains("limited to"));
 }
 
 TEST_CASE("particulars: errors name key, range and unit", "[estimate][particulars]") {
@@ -41,7 +72,7 @@ TEST_CASE("particulars: errors name key, range and unit", "[estimate][particular
                     Contains("/propeller/diameter_m") && Contains("20.8 m") && Contains("25"));
   CHECK_THROWS_WITH(particulars_with({{"propeller", {{"diametre_m", 9.0}}}}), Contains("unknown key"));
   CHECK_THROWS_WITH(particulars_with({{"speed", 9.0}}), Contains("/speed") && Contains("unknown key"));
-  CHECK_THROWS_WITH(particulars_with({{"service_speed_kn", 80.0}}), Contains("/service_speed_kn"));
+  CHECK_THROWS_WITH(particulars_with({{"service_speed_kn", 80.0}}), Contains("/service_speed_kn") && Contains("[kn]"));
   CHECK_THROWS_WITH(particulars_with({{"propeller", {{"rps_at_service_speed", 91.5}}}}), Contains("per minute"));
 }
 
