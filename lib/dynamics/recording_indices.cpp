@@ -58,6 +58,24 @@ double mean_wind(const Trajectory& run) {
   return count > 0.0 ? sum / count : 0.0;
 }
 
+// What the recording leaves open, and the indices depend on.
+void say_what_is_assumed(const std::string& file, const RecordedManeuver& maneuver, double speed,
+                         std::vector<std::string>& notices) {
+  constexpr double kApart = 0.01 * kDegree;
+  const bool is_coarse = maneuver.resolution > maneuver.noise;
+  if (maneuver.order_doubt_s > 0.0)
+    notices.push_back(fmt::format(
+        "{}: the recorded rudder {} {:.2g} deg: the order may be {:.2g} s earlier or later, and distances from it "
+        "{:.2g} m "
+        "longer or shorter",
+        file, is_coarse ? "has steps of" : "scatters by", rad_to_deg(is_coarse ? maneuver.resolution : maneuver.noise),
+        maneuver.order_doubt_s, maneuver.order_doubt_s * speed));
+  if (maneuver.heading < maneuver.least_heading - kApart || maneuver.heading > maneuver.most_heading + kApart)
+    notices.push_back(fmt::format(
+        "{}: a zigzag at {:.4g} deg of heading is assumed; the rudder is put over at {:.4g} to {:.4g} deg", file,
+        rad_to_deg(maneuver.heading), rad_to_deg(maneuver.least_heading), rad_to_deg(maneuver.most_heading)));
+}
+
 Json imo_of(const Json& indices, const RecordedManeuver& maneuver, const RecordedShip& ship, double speed,
             double wind) {
   if (!ship.L_pp_m) return {{"applies", false}, {"reason", "the ship's length is not given"}};
@@ -119,10 +137,12 @@ Json recording_indices(const Trajectory& recording, const RecordedShip& ship, st
     const double speed = track.at(maneuver.approach.t_s).speed();
     json["side"] = maneuver.rudder < 0.0 ? "port" : "starboard";
     json["order_s"] = maneuver.approach.t_s;
+    json["order_doubt_s"] = maneuver.order_doubt_s;
     json["speed_mps"] = speed;
     json["rudder_deg"] = rad_to_deg(maneuver.rudder);
     json["measured_rudder_deg"] = rad_to_deg(maneuver.measured_rudder);
     if (!is_turning) json["heading_deg"] = rad_to_deg(maneuver.heading);
+    say_what_is_assumed(recording.file, maneuver, speed, notices);
     json["approach_heading_deg"] = rad_to_deg(maneuver.approach.heading);
     json["approach_course_deg"] = rad_to_deg(maneuver.approach.course);
     json["indices"] = indices;
