@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -118,20 +119,22 @@ Trajectory complete_states(const Trajectory& recording, std::vector<std::string>
 }
 
 Json recording_indices(const Trajectory& recording, const RecordedShip& ship, std::vector<std::string>& notices) {
-  const Trajectory run = complete_states(recording, notices);
+  Trajectory run = complete_states(recording, notices);
   const RecordedManeuver maneuver = recognize_maneuver(run);
   const double L_pp = ship.L_pp_m.value_or(std::numeric_limits<double>::quiet_NaN());
   Json json{{"recording", recording.name}, {"file", recording.file}};
   json["maneuver"] = maneuver.name.empty() ? Json() : Json(maneuver.name);
   if (!maneuver.name.empty()) {
-    Trajectory part = run;
-    const auto end = static_cast<std::size_t>(
-        std::upper_bound(part[Channel::t].begin(), part[Channel::t].end(), maneuver.end_s) - part[Channel::t].begin());
-    if (maneuver.name == "turning")  // what comes behind the turn is none of it
-      for (std::vector<double>& column : part.columns)
-        if (!column.empty()) column.resize(end);
-    const Track track(part);
     const bool is_turning = maneuver.name == "turning";
+    Trajectory turn;
+    if (is_turning) {  // what comes behind the turn is none of it
+      turn = run;
+      const auto end = static_cast<std::size_t>(
+          std::upper_bound(run[Channel::t].begin(), run[Channel::t].end(), maneuver.end_s) - run[Channel::t].begin());
+      for (std::vector<double>& column : turn.columns)
+        if (!column.empty()) column.resize(end);
+    }
+    const Track track(is_turning ? turn : run);
     const Json indices = is_turning ? turning_indices(track, maneuver.approach, maneuver.rudder, L_pp)
                                     : zigzag_indices(track, maneuver.approach, maneuver.rudder, maneuver.heading, L_pp);
     const double speed = track.at(maneuver.approach.t_s).speed();
@@ -148,7 +151,7 @@ Json recording_indices(const Trajectory& recording, const RecordedShip& ship, st
     json["indices"] = indices;
     json["imo_msc_137_76"] = imo_of(indices, maneuver, ship, speed, mean_wind(recording));
   }
-  Trajectory states = run;  // extremes of what is known in each sample alone
+  Trajectory states = std::move(run);  // extremes of what is known in each sample alone
   for (const ChannelInfo& channel : kChannels) {
     std::vector<double>& column = states[channel.channel];
     if (std::any_of(column.begin(), column.end(), [](double x) { return std::isnan(x); })) column.clear();
