@@ -161,12 +161,13 @@ Json zigzag_indices(const Track& track, const Approach& approach, double rudder,
     if (times.size() == 1) first_check_s = *turned - from;
     const Maybe next = track.first_rise(from, [&](const Moment& m) { return -side * course.change(m) - heading; });
     double overshoot = beyond(track.at(*turned)), at_s = *turned;
-    for (const double t : track.times()) {
-      if (t <= from || t >= next.value_or(track.end_s())) continue;
-      const double value = beyond(track.at(t));
+    const std::vector<double>& sampled = track.times();
+    const double until = next.value_or(track.end_s());
+    for (auto t = std::upper_bound(sampled.begin(), sampled.end(), from); t != sampled.end() && *t < until; ++t) {
+      const double value = beyond(track.at(*t));
       if (value <= overshoot) continue;
       overshoot = value;
-      at_s = t;
+      at_s = *t;
     }
     overshoots.push_back({{"number", times.size()},
                           {"side", side_name(side * course.side)},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -58,6 +59,24 @@ double mean_wind(const Trajectory& run) {
   return count > 0.0 ? sum / count : 0.0;
 }
 
+// What the recording leaves open, and the indices depend on.
+void say_what_is_assumed(const std::string& file, const RecordedManeuver& maneuver, double speed,
+                         std::vector<std::string>& notices) {
+  constexpr double kApart = 0.01 * kDegree;
+  const bool is_coarse = maneuver.resolution > maneuver.noise;
+  if (maneuver.order_doubt_s > 0.0)
+    notices.push_back(fmt::format(
+        "{}: the recorded rudder {} {:.2g} deg: the order may be {:.2g} s earlier or later, and distances from it "
+        "{:.2g} m "
+        "longer or shorter",
+        file, is_coarse ? "has steps of" : "scatters by", rad_to_deg(is_coarse ? maneuver.resolution : maneuver.noise),
+        maneuver.order_doubt_s, maneuver.order_doubt_s * speed));
+  if (maneuver.heading < maneuver.least_heading - kApart || maneuver.heading > maneuver.most_heading + kApart)
+    notices.push_back(fmt::format(
+        "{}: a zigzag at {:.4g} deg of heading is assumed; the rudder is put over at {:.4g} to {:.4g} deg", file,
+        rad_to_deg(maneuver.heading), rad_to_deg(maneuver.least_heading), rad_to_deg(maneuver.most_heading)));
+}
+
 Json imo_of(const Json& indices, const RecordedManeuver& maneuver, const RecordedShip& ship, double speed,
             double wind) {
   if (!ship.L_pp_m) return {{"applies", false}, {"reason", "the ship's length is not given"}};
@@ -100,35 +119,39 @@ Trajectory complete_states(const Trajectory& recording, std::vector<std::string>
 }
 
 Json recording_indices(const Trajectory& recording, const RecordedShip& ship, std::vector<std::string>& notices) {
-  const Trajectory run = complete_states(recording, notices);
+  Trajectory run = complete_states(recording, notices);
   const RecordedManeuver maneuver = recognize_maneuver(run);
   const double L_pp = ship.L_pp_m.value_or(std::numeric_limits<double>::quiet_NaN());
   Json json{{"recording", recording.name}, {"file", recording.file}};
   json["maneuver"] = maneuver.name.empty() ? Json() : Json(maneuver.name);
   if (!maneuver.name.empty()) {
-    Trajectory part = run;
-    const auto end = static_cast<std::size_t>(
-        std::upper_bound(part[Channel::t].begin(), part[Channel::t].end(), maneuver.end_s) - part[Channel::t].begin());
-    if (maneuver.name == "turning")  // what comes behind the turn is none of it
-      for (std::vector<double>& column : part.columns)
-        if (!column.empty()) column.resize(end);
-    const Track track(part);
     const bool is_turning = maneuver.name == "turning";
+    Trajectory turn;
+    if (is_turning) {  // what comes behind the turn is none of it
+      turn = run;
+      const auto end = static_cast<std::size_t>(
+          std::upper_bound(run[Channel::t].begin(), run[Channel::t].end(), maneuver.end_s) - run[Channel::t].begin());
+      for (std::vector<double>& column : turn.columns)
+        if (!column.empty()) column.resize(end);
+    }
+    const Track track(is_turning ? turn : run);
     const Json indices = is_turning ? turning_indices(track, maneuver.approach, maneuver.rudder, L_pp)
                                     : zigzag_indices(track, maneuver.approach, maneuver.rudder, maneuver.heading, L_pp);
     const double speed = track.at(maneuver.approach.t_s).speed();
     json["side"] = maneuver.rudder < 0.0 ? "port" : "starboard";
     json["order_s"] = maneuver.approach.t_s;
+    json["order_doubt_s"] = maneuver.order_doubt_s;
     json["speed_mps"] = speed;
     json["rudder_deg"] = rad_to_deg(maneuver.rudder);
     json["measured_rudder_deg"] = rad_to_deg(maneuver.measured_rudder);
     if (!is_turning) json["heading_deg"] = rad_to_deg(maneuver.heading);
+    say_what_is_assumed(recording.file, maneuver, speed, notices);
     json["approach_heading_deg"] = rad_to_deg(maneuver.approach.heading);
     json["approach_course_deg"] = rad_to_deg(maneuver.approach.course);
     json["indices"] = indices;
     json["imo_msc_137_76"] = imo_of(indices, maneuver, ship, speed, mean_wind(recording));
   }
-  Trajectory states = run;  // extremes of what is known in each sample alone
+  Trajectory states = std::move(run);  // extremes of what is known in each sample alone
   for (const ChannelInfo& channel : kChannels) {
     std::vector<double>& column = states[channel.channel];
     if (std::any_of(column.begin(), column.end(), [](double x) { return std::isnan(x); })) column.clear();

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/units.hpp"
+#include "foreign/rudder_fit.hpp"
 #include "recording/trajectory.hpp"
 
 namespace leeway::foreign {
@@ -14,8 +15,10 @@ using Columns = std::vector<std::vector<double>>;
 
 constexpr double kLinear = 3e-3;     // rms off a line, by what it spans
 constexpr double kFollows = 0.7;     // direction of the track and heading
+constexpr double kDerivative = 0.1;  // relative misfit of a position's derivative
 constexpr double kRateFits = 0.3;    // relative misfit of a derivative
 constexpr double kRateWeight = 3.0;  // of the misfit of a rate beside that of a direction, which holds the drift
+constexpr double kPutOver = 0.7;     // range of a rudder by its largest angle; revolutions hardly change
 constexpr double kSteady = 0.3;      // scatter of revolutions by their mean
 
 struct Spread {
@@ -68,7 +71,7 @@ Columns thinned(const Columns& columns, std::vector<double>& t) {
 class Search {
  public:
   Search(const Columns& columns, const std::vector<bool>& taken, std::vector<double> t)
-      : columns_(thinned(columns, t)), windows_(std::move(t)), free_(columns.size()) {
+      : columns_(thinned(columns, t)), t_(t), windows_(std::move(t)), free_(columns.size()) {
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const Spread s = spread_of(columns_[c]);
       free_[c] = !taken[c] && s.count > 0.9 * static_cast<double>(columns_[c].size());
@@ -92,9 +95,34 @@ class Search {
     free_[column] = moves_[column] = false;
   }
 
+  // Whether a column is the derivative of another one, as a velocity along the earth's axes is of a position.
+  bool is_derivative(std::size_t column) const {
+    for (std::size_t p = 0; p < columns_.size(); ++p) {
+      if (p == column || !moves_[p]) continue;
+      double square = 0.0, product = 0.0, whole = 0.0;
+      for (std::size_t w = 0; w < windows_.size(); ++w) {
+        const double increment = windows_.increment(w, columns_[p]), integral = windows_.integral(w, columns_[column]);
+        if (std::isnan(increment + integral)) continue;
+        square += integral * integral;
+        product += integral * increment;
+        whole += increment * increment;
+      }
+      if (!(square > 0.0 && whole > 0.0) || 1.0 - product * product / square / whole > kDerivative * kDerivative)
+        continue;
+      // In a circle around the origin one coordinate is the other one's derivative, but in no unit of speed.
+      for (const std::string_view unit : io::units_of(Quantity::speed))
+        if (std::abs(std::abs(product / square) / io::unit_of(Quantity::speed, unit)->factor - 1.0) < kDerivative)
+          return true;
+    }
+    return false;
+  }
+
   // The heading is what both the track's direction and a yaw rate follow.
   void find_pose() {
     const std::size_t n = columns_.size();
+    std::vector<bool> may_be_position = moves_;
+    for (std::size_t c = 0; c < n; ++c)
+      if (moves_[c] && is_derivative(c)) may_be_position[c] = false;
     double best = kFollows + kRateWeight * kRateFits;
     std::size_t x0 = n, y0 = n, psi = n;
     for (std::size_t p = 0; p < n; ++p) {
@@ -105,7 +133,7 @@ class Search {
       if (rate > kRateFits) continue;
       for (std::size_t a = 0; a < n; ++a)
         for (std::size_t b = 0; b < n; ++b) {
-          if (a == b || a == p || b == p || !moves_[a] || !moves_[b]) continue;
+          if (a == b || a == p || b == p || !may_be_position[a] || !may_be_position[b]) continue;
           // A velocity to the east follows the direction as well, but no rate is its derivative to a few percent.
           const double direction = fit_direction(windows_, columns_[a], columns_[b], columns_[p], "").misfit;
           const double misfit = direction + kRateWeight * rate;
@@ -168,11 +196,21 @@ class Search {
     if (!found_.r) return;
     double best = 0.0;
     std::size_t rudder = columns_.size();
+    std::vector<double> speed;
+    if (found_.u) speed = columns_[*found_.u];
+    if (found_.u && found_.frame != io::VelocityFrame::course_and_speed)
+      for (std::size_t i = 0; i < speed.size(); ++i) speed[i] = std::hypot(speed[i], columns_[*found_.vm][i]);
     for (std::size_t d = 0; d < columns_.size(); ++d) {
       if (!moves_[d]) continue;
-      const RudderResponse response = fit_rudder(windows_, columns_[*found_.r], columns_[d]);
-      const double score = std::min(response.significance, 100.0) * std::pow(share_held(columns_[d]), 2);
-      if (response.significance < kSignificant || score <= best) continue;
+      const RudderResponse response =
+          fit_rudders(windows_, {t_, columns_[*found_.r], speed, {columns_[d]}, {}}).front();
+      // One that is put over once and held says more by the side to which the ship then turns.
+      const Spread range = spread_of(columns_[d]);
+      const bool is_put_over = range.high - range.low > kPutOver * std::max(std::abs(range.high), std::abs(range.low));
+      const bool is_held = is_put_over && std::abs(response.held) >= kClearSide;
+      const double strength = std::max(std::min(response.significance, 100.0), is_held ? kSignificant : 0.0);
+      const double score = strength * std::pow(share_held(columns_[d]), 2);
+      if (strength < kSignificant || score <= best) continue;
       best = score;
       rudder = d;
     }
@@ -193,6 +231,7 @@ class Search {
   }
 
   Columns columns_;
+  std::vector<double> t_;
   Windows windows_;
   std::vector<bool> free_, moves_;
   AnonymousColumns found_;

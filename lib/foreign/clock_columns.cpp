@@ -61,17 +61,59 @@ std::optional<FoundClock> text_clock(const RawTable& table, const std::vector<st
   return clock.format.empty() ? std::nullopt : std::optional(clock);
 }
 
-std::optional<FoundClock> number_clock(const RawTable& table, std::size_t column, const std::string& unit) {
+bool increases(const std::vector<double>& t) {
+  for (std::size_t i = 1; i < t.size(); ++i)
+    if (!(t[i] - t[i - 1] >= kSameTime_s)) return false;
+  return true;
+}
+
+// hhmmss.ss as the seconds of a day, on beyond midnight; nothing where these are none.
+std::vector<double> seconds_of_day(const std::vector<double>& values) {
+  constexpr double kHour = 3600.0, kMinute = 60.0, kDay = 24.0 * kHour;
+  std::vector<double> t;
+  double midnights = 0.0;
+  for (const double value : values) {
+    const double h = std::floor(value / 1e4), min = std::floor(std::fmod(value, 1e4) / 100.0),
+                 s = std::fmod(value, 100.0);
+    if (!(h >= 0.0 && h < 24.0 && min < 60.0 && s < 61.0)) return {};
+    double now = h * kHour + min * kMinute + s + midnights;
+    if (!t.empty() && now < t.back() - 0.5 * kDay) {
+      midnights += kDay;
+      now += kDay;
+    }
+    t.push_back(now);
+  }
+  return increases(t) ? t : std::vector<double>{};
+}
+
+std::optional<FoundClock> number_clock(const RawTable& table, std::size_t column, const NamedColumn& named) {
   const std::vector<double>& values = table.columns[column];
-  FoundClock clock{{column}, "", unit, std::nullopt, values, ""};
+  FoundClock clock{{column}, "", named.unit, std::nullopt, values, ""};
+  if (const std::vector<double> t = seconds_of_day(values); named.is_time_of_day && !t.empty()) {
+    clock.format = "hms";
+    clock.t = t;
+    return clock;
+  }
   for (std::size_t i = 1; i < values.size(); ++i)
-    if (!(values[i] > values[i - 1])) return std::nullopt;
-  if (unit.empty() && values.front() > kFirstEpoch_s && values.back() < kLastEpoch_s) {
+    if (!(values[i] > values[i - 1])) {
+      if (const std::vector<double> t = seconds_of_day(values); !t.empty()) {  // only so, over midnight
+        clock.format = "hms";
+        clock.t = t;
+        return clock;
+      }
+      return std::nullopt;
+    }
+  clock.scale = named.scale;
+  if (clock.unit.empty() && values.front() > kFirstEpoch_s && values.back() < kLastEpoch_s) {
     clock.format = "epoch";
     for (double& t : clock.t) t -= values.front();
-  } else if (!unit.empty()) {
-    for (double& t : clock.t) t *= io::unit_of(Quantity::time, unit)->factor;
+    return clock;
   }
+  if (clock.unit.empty() && values.front() > 1e3 * kFirstEpoch_s && values.back() < 1e3 * kLastEpoch_s)
+    clock.unit = "ms";
+  clock.is_assumed = clock.unit.empty();
+  for (double& t : clock.t)
+    t *= clock.scale * (clock.is_assumed ? 1.0 : io::unit_of(Quantity::time, clock.unit)->factor);
   return clock;
 }
 
@@ -105,11 +147,11 @@ std::optional<FoundClock> find_clock(const RawTable& table, const std::vector<Na
         if (auto found = text_clock(table, {date, clock})) return found;
   for (const std::size_t c : clocks)
     if (auto found = table.is_text(c) ? text_clock(table, {c})
-                                      : number_clock(table, c, c < meanings.size() ? meanings[c].unit : ""))
+                                      : number_clock(table, c, c < meanings.size() ? meanings[c] : NamedColumn{}))
       return found;
   const auto linear = find_linear_clock(table.columns);
   if (!linear) return std::nullopt;
-  if (linear->is_increasing) return number_clock(table, linear->column, "");
+  if (linear->is_increasing) return number_clock(table, linear->column, {});
   FoundClock clock = interval_clock(table, rounded(linear->step));
   clock.columns.push_back(linear->column);
   clock.note = fmt::format(
@@ -117,6 +159,22 @@ std::optional<FoundClock> find_clock(const RawTable& table, const std::vector<Na
       "row as its slope says, if rows are evenly spaced",
       linear->column + 1, *clock.sample_interval_s);
   return clock;
+}
+
+std::vector<FoundClock> other_readings(const RawTable& table, const FoundClock& clock) {
+  constexpr double kHoursOfDay = 24.0;
+  std::vector<FoundClock> all;
+  if (!clock.is_assumed) return all;
+  const std::vector<double>& values = table.columns[clock.columns.front()];
+  for (const auto& [unit, scale] :
+       {std::pair{"ms", 1.0}, std::pair{"min", 1.0}, std::pair{"h", 1.0}, std::pair{"h", kHoursOfDay}}) {
+    FoundClock other{clock.columns, "", unit, std::nullopt, values, "", scale};
+    for (double& t : other.t) t *= scale * io::unit_of(Quantity::time, unit)->factor;
+    if (increases(other.t)) all.push_back(std::move(other));
+  }
+  if (std::vector<double> t = seconds_of_day(values); !t.empty())
+    all.push_back({clock.columns, "hms", "", std::nullopt, std::move(t), ""});
+  return all;
 }
 
 }  // namespace leeway::foreign

@@ -19,7 +19,9 @@ std::string lower(std::string_view text) {
 
 struct UnitWord {
   std::string_view word, unit;
+  double scale = 1.0;
 };
+constexpr double kFoot_m = 0.3048, kNauticalMile_m = 1852.0;
 constexpr UnitWord kUnitWords[] = {
     {"s", "s"},
     {"sec", "s"},
@@ -27,27 +29,47 @@ constexpr UnitWord kUnitWords[] = {
     {"ms", "ms"},
     {"msec", "ms"},
     {"min", "min"},
+    {"minutes", "min"},
     {"h", "h"},
     {"hr", "h"},
+    {"hours", "h"},
+    {"d", "h", 24.0},
+    {"days", "h", 24.0},
     {"m", "m"},
     {"meter", "m"},
+    {"cm", "m", 0.01},
+    {"mm", "m", 0.001},
+    {"km", "m", 1000.0},
+    {"ft", "m", kFoot_m},
+    {"feet", "m", kFoot_m},
+    {"nm", "m", kNauticalMile_m},
+    {"nmi", "m", kNauticalMile_m},
+    {"sm", "m", kNauticalMile_m},
     {"m/s", "mps"},
     {"mps", "mps"},
     {"m/sec", "mps"},
     {"m s-1", "mps"},
+    {"cm/s", "mps", 0.01},
+    {"mm/s", "mps", 0.001},
+    {"ft/s", "mps", kFoot_m},
+    {"fps", "mps", kFoot_m},
+    {"m/min", "mps", 1.0 / 60.0},
     {"kn", "kn"},
     {"kt", "kn"},
     {"kts", "kn"},
     {"knots", "kn"},
     {"knot", "kn"},
+    {"nm/h", "kn"},
     {"km/h", "kmh"},
     {"kmh", "kmh"},
     {"kph", "kmh"},
+    {"mph", "kmh", 1.609344},
     {"deg", "deg"},
     {"degree", "deg"},
     {"degrees", "deg"},
     {"\xC2\xB0", "deg"},
     {"rad", "rad"},
+    {"mrad", "rad", 0.001},
     {"deg/s", "degps"},
     {"degps", "degps"},
     {"deg/sec", "degps"},
@@ -55,6 +77,7 @@ constexpr UnitWord kUnitWords[] = {
     {"rad/s", "radps"},
     {"radps", "radps"},
     {"rad/sec", "radps"},
+    {"mrad/s", "radps", 0.001},
     {"deg/min", "degpmin"},
     {"degpmin", "degpmin"},
     {"\xC2\xB0/min", "degpmin"},
@@ -62,6 +85,7 @@ constexpr UnitWord kUnitWords[] = {
     {"1/min", "rpm"},
     {"min-1", "rpm"},
     {"u/min", "rpm"},
+    {"rev/min", "rpm"},
     {"rps", "rps"},
     {"1/s", "rps"},
     {"rev/s", "rps"},
@@ -69,27 +93,31 @@ constexpr UnitWord kUnitWords[] = {
     {"s-1", "rps"},
 };
 
-std::string unit_word(std::string_view text) {
+const UnitWord* unit_word(std::string_view text) {
   std::string word = lower(text);
   std::erase_if(word, [](char c) { return c == '[' || c == ']' || c == '(' || c == ')'; });
   while (!word.empty() && word.front() == ' ') word.erase(0, 1);
   while (!word.empty() && word.back() == ' ') word.pop_back();
   for (const UnitWord& known : kUnitWords)
-    if (word == known.word) return std::string(known.unit);
-  return "";
+    if (word == known.word) return &known;
+  return nullptr;
 }
 
 // A name's words and its unit.
 struct Words {
   std::vector<std::string> words;
-  std::string unit;
+  const UnitWord* unit = nullptr;
+  std::string bracketed;  // what stands in brackets and is no unit that is known
 
   explicit Words(std::string_view name) {
     std::string rest(name);
     for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
       const std::size_t from = rest.find(open), to = rest.find(close, from == std::string::npos ? 0 : from);
       if (from == std::string::npos || to == std::string::npos) continue;
-      if (unit.empty()) unit = unit_word(rest.substr(from, to - from + 1));
+      if (unit == nullptr) {
+        unit = unit_word(rest.substr(from, to - from + 1));
+        bracketed = unit == nullptr ? rest.substr(from + 1, to - from - 1) : "";
+      }
       rest.erase(from, to - from + 1);
     }
     std::string word;
@@ -104,8 +132,8 @@ struct Words {
       if (std::isalnum(c) != 0 || c >= 0x80) word += rest[i];
     }
     end_word();
-    if (unit.empty() && words.size() > 1)
-      if (unit = unit_word(words.back()); !unit.empty()) words.pop_back();
+    if (unit == nullptr && words.size() > 1)  // "x_m", "n_rpm": letters alone are words as well
+      if (unit = unit_word(words.back()); unit != nullptr) words.pop_back();
   }
   bool has(std::initializer_list<std::string_view> any) const {
     return std::any_of(words.begin(), words.end(),
@@ -155,11 +183,12 @@ NamedColumn meaning(const Words& w) {
     return {Meaning::other};
   if (w.begins({"lat", "breite"}) && !w.begins({"lateral"})) return {Meaning::latitude};
   if (w.begins({"lon", "lng", "laenge"}) && !w.begins({"longitudinal"})) return {Meaning::longitude};
-  if (w.has({"rot", "yawrate", "angvelo", "r", "yawvel"}) ||
+  if (w.has({"rot", "yawrate", "angvelo", "r", "yawvel", "gierrate", "drehrate"}) ||
       (w.begins({"rate"}) && w.begins({"turn", "yaw", "head"})) ||
       (w.has({"yaw"}) && w.begins({"vel", "speed", "rate"})))
     return of_channel(Channel::r);
-  if (w.has({"psi", "heading", "hdg", "head", "yaw", "gyro", "hdt", "thdg"})) return of_channel(Channel::psi);
+  if (w.has({"psi", "heading", "hdg", "head", "yaw", "gyro", "hdt", "thdg", "gierwinkel"}))
+    return of_channel(Channel::psi);
   if (w.has({"cog", "course", "track", "cmg"})) return {Meaning::course};
   if (w.has({"stw", "log"}) || (w.has({"water"}) && w.begins({"speed"}))) return {Meaning::other};
   if (w.has({"u", "surge"})) return of_channel(Channel::u);
@@ -169,8 +198,8 @@ NamedColumn meaning(const Words& w) {
   if (w.has({"vy", "ve", "ydot", "dy", "veast", "dydt"}) || (w.begins({"vel", "speed"}) && w.has({"east", "y", "e"})))
     return of_channel(Channel::vm, true);
   if (w.has({"sog", "speed", "smg"})) return {Meaning::speed};
-  if (w.has({"x", "x0", "xpos", "north", "northing"})) return of_channel(Channel::x0);
-  if (w.has({"y", "y0", "ypos", "east", "easting"})) return of_channel(Channel::y0);
+  if (w.has({"x", "x0", "xpos", "north", "northing", "nord"})) return of_channel(Channel::x0);
+  if (w.has({"y", "y0", "ypos", "east", "easting", "ost"})) return of_channel(Channel::y0);
   if (w.has({"date", "datum", "day"}) && !w.begins({"time"})) return {Meaning::date};
   if (w.has({"t", "time", "zeit", "timestamp", "utc", "clock", "uhrzeit", "elapsed", "date", "datetime"}))
     return {Meaning::clock};
@@ -194,21 +223,33 @@ Quantity quantity_of(const NamedColumn& column) {
 
 }  // namespace
 
-bool is_unit(std::string_view text) { return !unit_word(text).empty() || text == "-" || text == "[-]"; }
+bool is_unit(std::string_view text) { return unit_word(text) != nullptr || text == "-" || text == "[-]"; }
 
 NamedColumn meaning_of_name(std::string_view name, std::string_view unit_below) {
-  const Words words(name);
-  NamedColumn column;
   if (const auto own = io::known_column(name)) {  // leeway's own names are meant as they stand
-    column = own->channel == Channel::t ? NamedColumn{Meaning::clock} : of_channel(own->channel);
+    NamedColumn column = own->channel == Channel::t ? NamedColumn{Meaning::clock} : of_channel(own->channel);
     column.unit = own->unit.suffix;
+    column.is_own = true;
     return column;
   }
-  column = meaning(words);
-  std::string unit = unit_below.empty() ? words.unit : unit_word(unit_below);
-  if (unit.empty() && std::find(words.words.begin(), words.words.end(), "rpm") != words.words.end()) unit = "rpm";
-  if (unit == "ms" && quantity_of(column) == Quantity::speed) unit = "mps";
-  if (io::unit_of(quantity_of(column), unit)) column.unit = unit;
+  const Words words(name);
+  NamedColumn column = meaning(words);
+  const UnitWord* unit = unit_below.empty() ? words.unit : unit_word(unit_below);
+  const std::string text(unit_below.empty() ? words.bracketed : unit == nullptr ? unit_below : "");
+  if (unit == nullptr && words.has({"rpm"})) unit = unit_word("rpm");
+  if (unit != nullptr && unit->unit == "ms" && quantity_of(column) == Quantity::speed) unit = unit_word("m/s");
+  const bool is_length = unit != nullptr && unit->unit == "m";
+  if (is_length && words.has({"n"})) column = of_channel(Channel::x0);  // northing, and no revolutions
+  if (is_length && words.has({"e"})) column = of_channel(Channel::y0);
+  column.is_time_of_day = column.meaning == Meaning::clock && (words.has({"hhmmss"}) || text.starts_with("hhmmss"));
+  if (unit != nullptr && io::unit_of(quantity_of(column), unit->unit)) {
+    column.unit = unit->unit;
+    column.scale = unit->scale;
+  } else if (unit != nullptr && column.meaning != Meaning::unknown && column.meaning != Meaning::other) {
+    return {.foreign_unit = std::string(unit->word)};  // a unit of something else: the name means something else
+  } else if (!column.is_time_of_day && text != "-") {
+    column.foreign_unit = text;
+  }
   return column;
 }
 

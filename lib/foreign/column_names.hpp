@@ -24,8 +24,12 @@ enum class Meaning {
 struct NamedColumn {
   Meaning meaning = Meaning::unknown;
   Channel channel = Channel::t;
-  std::string unit = {};  ///< as in columns maps; empty where the name has none
-  bool is_earth = false;  ///< a velocity along the earth's axes
+  std::string unit = {};          ///< as in columns maps; empty where the name has none
+  bool is_earth = false;          ///< a velocity along the earth's axes
+  double scale = 1.0;             ///< a number's size in `unit`: 0.3048 for feet, in m
+  bool is_own = false;            ///< leeway's own name: meant as it stands
+  bool is_time_of_day = false;    ///< a clock as hhmmss
+  std::string foreign_unit = {};  ///< what stands as a unit and is none that is known, or none of this quantity
 };
 
 /// Reads a name such as "Rudder angle [deg]", "n_prop_rpm", "SOG(kn)".

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Dense>
-
 #include "core/units.hpp"
 #include "recording/trajectory.hpp"
 
@@ -173,35 +171,6 @@ DirectionFit fit_direction(const Windows& windows, std::span<const double> x0, s
     if (scatter > 0.0 && std::sqrt(squares / scatter) < best.misfit) best = {reading, std::sqrt(squares / scatter)};
   }
   return best;
-}
-
-RudderResponse fit_rudder(const Windows& windows, std::span<const double> r, std::span<const double> delta) {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  double squares = 0.0, count = 0.0;
-  double scale = 0.0;
-  for (const double value : delta)
-    if (!std::isnan(value)) scale = std::max(scale, std::abs(value));
-  double r_scale = 0.0;
-  for (const double value : r)
-    if (!std::isnan(value)) r_scale = std::max(r_scale, std::abs(value));
-  if (scale == 0.0 || r_scale == 0.0) return {};
-  for (std::size_t w = 0; w < windows.size(); ++w) {
-    const double h = windows.length_s(w);
-    const double y = windows.increment(w, r) / r_scale;
-    const Eigen::Vector3d x(windows.integral(w, r) / r_scale / h, windows.integral(w, delta) / scale / h, 1.0);
-    if (std::isnan(y) || x.hasNaN()) continue;
-    normal += x * x.transpose();
-    right += x * y;
-    squares += y * y;
-    count += 1.0;
-  }
-  if (count < 8.0) return {};
-  const Eigen::Matrix3d inverse = (normal + 1e-12 * normal.trace() * Eigen::Matrix3d::Identity()).inverse();
-  const Eigen::Vector3d fit = inverse * right;
-  const double variance = std::max(0.0, squares - fit.dot(right)) / (count - 3.0);
-  const double sd = std::sqrt(variance * std::max(0.0, inverse(1, 1)));
-  return {fit(1), sd > 0.0 ? std::abs(fit(1)) / sd : 1e9};
 }
 
 }  // namespace leeway::foreign

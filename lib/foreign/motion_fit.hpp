@@ -9,8 +9,7 @@
 
 namespace leeway::foreign {
 
-inline constexpr double kFits = 0.3;         ///< relative misfit up to which the kinematics decide
-inline constexpr double kSignificant = 4.0;  ///< standard deviations of a rudder's response
+inline constexpr double kFits = 0.3;  ///< relative misfit up to which the kinematics decide
 
 /// Windows of a recording over which increments of positions and headings are compared with integrals of velocities, so
 /// that noise and rounding matter little.
@@ -68,14 +67,6 @@ struct DirectionFit {
 };
 DirectionFit fit_direction(const Windows& windows, std::span<const double> x0, std::span<const double> y0,
                            std::span<const double> psi, const std::string& psi_unit);
-
-/// The response of the yaw rate to a rudder: r' = a r + b delta + c by least squares.
-struct RudderResponse {
-  double b = 0.0;             ///< > 0: turns to starboard
-  double significance = 0.0;  ///< |b| by its standard deviation
-};
-///   r  [rad/s], delta  in any unit
-RudderResponse fit_rudder(const Windows& windows, std::span<const double> r, std::span<const double> delta);
 
 /// Unwrapped where it jumps by a turn in this unit, in radians.
 std::vector<double> heading_in_rad(std::span<const double> psi, const Reading& reading);

@@ -9,6 +9,7 @@
 #include "core/errors.hpp"
 #include "foreign/clock_columns.hpp"
 #include "foreign/column_roles.hpp"
+#include "foreign/motion_fit.hpp"
 #include "foreign/raw_table.hpp"
 #include "io/files.hpp"
 
@@ -28,6 +29,7 @@ Json entry(const RawTable& table, const RoleColumn& role, const std::string& key
   const Json from = reference(table, role.column);
   Json json{{"from", from}};
   if (!role.unit.empty() && role.unit != key_unit) json["unit"] = role.unit;
+  if (role.scale != 1.0) json["scale"] = role.scale;
   if (role.sign < 0.0) json["sign"] = -1;
   return json.size() == 1 && from.is_string() ? from : json;
 }
@@ -88,6 +90,40 @@ void note_unread(const RawTable& table, const FoundClock& clock, const Roles& ro
   if (!unread.empty()) notes.push_back("not read: " + unread);
 }
 
+// Roles with the clock that makes positions and velocities, or heading and yaw rate, fit each other: as it is, unless
+// another reading fits twice as well.
+Roles roles_by(const RawTable& table, const std::vector<NamedColumn>& meanings, FoundClock& clock) {
+  constexpr double kTwiceAsWell = 0.5;
+  Roles roles = find_roles(table, meanings, clock);
+  if (!clock.is_assumed) return roles;
+  if (!roles.misfit) {
+    clock.note = "the unit of time: seconds are assumed, and nothing is there to compare with";
+    return roles;
+  }
+  if (meanings.empty()) return roles;  // recognized by this clock
+  for (FoundClock& other : other_readings(table, clock)) {
+    Roles read = find_roles(table, meanings, other);
+    if (!read.misfit || *read.misfit > kFits || *read.misfit > kTwiceAsWell * *roles.misfit) continue;
+    read.findings.push_back(fmt::format("time is in {}: otherwise the motion fits to {:.0f} % alone",
+                                        other.format == "hms" ? std::string("hhmmss")
+                                        : other.scale != 1.0  ? std::string("days")
+                                                              : other.unit,
+                                        100.0 * *roles.misfit));
+    clock = std::move(other);
+    roles = std::move(read);
+  }
+  return roles;
+}
+
+// A map that the reader does not take is not complete: the note says why.
+void check_map(Proposal& proposal) {
+  try {
+    io::columns_map_of(proposal.map, "map");
+  } catch (const InputError& error) {
+    proposal.unknowable.push_back(fmt::format("the map is not complete: {}", error.what()));
+  }
+}
+
 }  // namespace
 
 Proposal propose_columns_map(const std::string& path) {
@@ -107,23 +143,24 @@ Proposal propose_columns_map(const std::string& path) {
     for (std::size_t i = 0; i < table.rows(); ++i) clock->t.push_back(static_cast<double>(i));
     clock->note = "no column is a clock: 1 s from row to row stands in its place; put the right interval there";
   }
-  Roles roles = find_roles(table, meanings, *clock);
+  const Roles roles = roles_by(table, meanings, *clock);
   if (!clock->note.empty()) proposal.unknowable.push_back(clock->note);
   proposal.unknowable.insert(proposal.unknowable.end(), roles.unknowable.begin(), roles.unknowable.end());
   proposal.map["description"] =
       fmt::format("proposed for {}: to be checked by somebody who knows the recording", io::stem(path));
-  proposal.map["notes"] = nullptr;
+  proposal.map["notes"] = Json::array();
   if (!table.missing.empty()) proposal.map["missing"] = table.missing;
   if (const Json file = file_json(table, *clock, roles); !file.empty()) proposal.map["file"] = file;
   if (clock->format.empty() && !clock->sample_interval_s)
-    proposal.map["t_s"] = entry(table, {clock->columns.front(), clock->unit}, "s");
+    proposal.map["t_s"] = entry(table, {clock->columns.front(), clock->unit, 1.0, clock->scale}, "s");
   for (const ChannelInfo& channel : kChannels) {
     const auto role = roles.channels.find(channel.channel);
     if (role == roles.channels.end()) continue;
-    const auto& [key, unit] = key_of(channel.channel, roles);
+    const auto [key, unit] = key_of(channel.channel, roles);
     proposal.map[key] = entry(table, role->second, unit);
   }
   derive_what_lacks(roles, proposal);
+  check_map(proposal);
   std::vector<std::string> notes = roles.findings;
   note_unread(table, *clock, roles, notes);
   for (const std::string& note : proposal.unknowable) notes.push_back("not known: " + note);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "core/errors.hpp"
@@ -13,19 +14,24 @@
 namespace leeway::foreign {
 namespace {
 
-constexpr std::size_t kHeadBytes = 1 << 17, kMostRows = 200'000, kLongestMark = 10;
+constexpr std::size_t kHeadBytes = 1 << 17, kMostHeadBytes = 1 << 25, kHeadLines = 64, kMostRows = 200'000,
+                      kMostNumbers = 20'000'000, kLongestMark = 10;
 
 std::string head_of(const std::string& path) {
   io::ByteSource source(path);
-  std::string head(kHeadBytes, '\0');
-  std::size_t length = 0;
-  while (length < head.size())
-    if (const std::size_t got = source.read(head.data() + length, head.size() - length); got > 0)
-      length += got;
-    else
-      break;
-  head.resize(length);
-  if (length == kHeadBytes) head.resize(head.find_last_of('\n') + 1);  // whole lines alone
+  std::string head;
+  bool has_more = true;
+  std::size_t lines = 0;
+  for (std::size_t length = 0; has_more && (length < kHeadBytes || (lines < kHeadLines && length < kMostHeadBytes));) {
+    head.resize(length + kHeadBytes);
+    const std::size_t got = source.read(head.data() + length, kHeadBytes);
+    has_more = got > 0;
+    head.resize(length + got);
+    lines += static_cast<std::size_t>(std::count(head.begin() + static_cast<std::ptrdiff_t>(length), head.end(), '\n'));
+    length += got;
+  }
+  if (has_more) head.resize(head.find_last_of('\n') + 1);  // whole lines alone
+  if (head.starts_with("\xEF\xBB\xBF")) head.erase(0, 3);  // byte-order mark
   return head;
 }
 
@@ -51,10 +57,19 @@ std::vector<std::string_view> split(std::string_view line, char delimiter) {
     }
     return fields;
   }
-  for (std::size_t end = 0; (end = line.find(delimiter)) != std::string_view::npos; line.remove_prefix(end + 1))
-    fields.push_back(io::trim(line.substr(0, end)));
-  fields.push_back(io::trim(line));
-  return fields;
+  for (;;) {
+    const std::size_t mark = std::min(line.find_first_not_of(' '), line.size());
+    const bool is_quoted = mark < line.size() && line[mark] == '"';
+    std::size_t close = mark;  // of a quoted field; two marks in a row are one in it
+    if (is_quoted) do
+        close = line.find('"', close + 1);
+      while (close != std::string_view::npos && close + 1 < line.size() && line[close + 1] == '"' && ++close > 0);
+    const bool is_closed = is_quoted && close != std::string_view::npos;
+    const std::size_t end = std::min(line.find(delimiter, is_closed ? close : 0), line.size());
+    fields.push_back(is_closed ? line.substr(mark + 1, close - mark - 1) : io::trim(line.substr(0, end)));
+    if (end == line.size()) return fields;
+    line.remove_prefix(end + 1);
+  }
 }
 
 bool is_number(std::string_view field, bool decimal_comma) {
@@ -85,12 +100,16 @@ Layout layout_of(const std::vector<std::string_view>& lines) {
   for (const char delimiter : {',', ';', '\t', io::CsvForm::kBlank})
     for (const bool decimal_comma : {false, true}) {
       if (decimal_comma && delimiter == ',') continue;
-      std::vector<std::size_t> widths(1000);
+      std::map<std::size_t, std::size_t> widths;
       for (std::size_t i = first; i < lines.size(); ++i)
-        if (const std::size_t n = split(lines[i], delimiter).size(); n < widths.size()) ++widths[n];
-      widths[0] = widths[1] = 0;
+        if (const std::size_t n = split(lines[i], delimiter).size(); n > 1) ++widths[n];
       Layout layout{delimiter, decimal_comma};
-      layout.width = static_cast<std::size_t>(std::max_element(widths.begin(), widths.end()) - widths.begin());
+      std::size_t most = 0;
+      for (const auto& [width, count] : widths)
+        if (count > most) {
+          most = count;
+          layout.width = width;
+        }
       double numbers = 0.0;
       for (std::size_t i = first; i < lines.size(); ++i) {
         const std::vector<std::string_view> fields = split(lines[i], delimiter);
@@ -112,8 +131,7 @@ void find_header(const std::vector<std::string_view>& lines, const Layout& layou
     if (text.starts_with('#')) text.remove_prefix(1);
     std::vector<std::string> fields;
     for (const std::string_view field : split(text, layout.delimiter)) {
-      std::string name(field);
-      if (name.size() > 1 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+      const std::string name(field);
       fields.push_back(table.form.encoding == io::Encoding::latin1 ? io::utf8_of_latin1(name) : name);
     }
     return fields.size() == layout.width ? fields : std::vector<std::string>{};
@@ -164,7 +182,8 @@ bool has_number(const io::CsvReader& csv, const std::vector<std::string_view>& f
 void read_texts(const std::string& path, const std::vector<std::size_t>& columns, RawTable& table) {
   io::CsvReader csv(path, table.form);
   std::vector<std::string_view> fields;
-  for (std::size_t row = 0; row < kMostRows && csv.next(fields); ++row)
+  const std::size_t most_rows = std::min(kMostRows, kMostNumbers / std::max<std::size_t>(1, table.texts.size()));
+  for (std::size_t row = 0; row < most_rows && csv.next(fields); ++row)
     for (const std::size_t c : columns)
       if (has_number(csv, fields)) table.texts[c].emplace_back(io::trim(fields[c]));
 }
@@ -177,7 +196,8 @@ void read_numbers(const std::string& path, RawTable& table) {
   std::vector<std::size_t> others(width);
   std::vector<std::set<std::string>> marks(width);
   std::vector<std::string_view> fields;
-  for (std::size_t row = 0; row < kMostRows && csv.next(fields); ++row) {
+  const std::size_t most_rows = std::min(kMostRows, kMostNumbers / std::max<std::size_t>(1, width));
+  for (std::size_t row = 0; row < most_rows && csv.next(fields); ++row) {
     if (!has_number(csv, fields)) {  // passed over by the reader as well
       for (const std::string_view field : fields) note_missing(io::trim(field), marks.front());
       continue;

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
+#include "io/text_encoding.hpp"
 
 namespace leeway::io {
 
@@ -57,6 +58,7 @@ void ByteSource::begin() {
     known += got;
   }
   head_.assign(first.data(), known);
+  if (begins_as_utf16(head_)) throw InputError(path_, "is UTF-16; expected UTF-8 or Latin-1");
   if (head_ != "\x1F\x8B") return;
   inflation_ = std::make_unique<Inflation>();
   std::memcpy(inflation_->input.data(), head_.data(), head_.size());

@@ -168,11 +168,12 @@ void read_derivation(const JsonObject& entry, Channel channel, ColumnsMap& map) 
 }
 
 // Refuses a column that the map names twice, and a channel.
-void check_twice(const JsonObject& json, const std::string& key, const ColumnsMap& map) {
+void check_twice(const JsonObject& json, const std::string& key, const ColumnsMap& map,
+                 const std::vector<std::string>& keys) {
   const ColumnsMap::Source& last = map.columns.back();
   for (std::size_t i = 0; i + 1 < map.columns.size(); ++i) {
     if (map.columns[i].from == last.from)
-      json.fail(key, fmt::format("the column {} is already taken by another key", last.from.text()));
+      json.fail(key, fmt::format("the column {} is already taken by '{}'", last.from.text(), keys[i]));
     if (map.columns[i].channel == last.channel)
       json.fail(key, fmt::format("'{}' is already given by the column {}", info(last.channel).name,
                                  map.columns[i].from.text()));
@@ -222,9 +223,13 @@ bool ColumnsMap::derives(Channel channel) const {
 
 ColumnsMap read_columns_map(const std::string& name_or_path) {
   const std::string path = find_config("columns", name_or_path);
-  const Json json = read_json(path);
-  const JsonObject object(json, path);
+  return columns_map_of(read_json(path), path);
+}
+
+ColumnsMap columns_map_of(const Json& json, const std::string& name) {
+  const JsonObject object(json, name);
   ColumnsMap map;
+  std::vector<std::string> keys;  // of the columns
   read_file(object, map);
   for (const std::string& key : object.keys()) {
     if (key == "file") continue;
@@ -240,6 +245,9 @@ ColumnsMap read_columns_map(const std::string& name_or_path) {
     const auto column = meaning_of(key, map);
     if (!column) object.fail(key, "unknown column name; docs/formats.md lists the names");
     if (!object.value(key).is_object()) {
+      if (const Json& value = object.value(key); !value.is_string())
+        object.fail(key,
+                    fmt::format("expected a column's name, or {{\"from\": 5}} with its number, got {}", value.dump()));
       map.columns.push_back({column->channel, {object.text(key), 0}, column->unit, column->unit.factor});
     } else {
       const JsonObject entry = object.object(key);
@@ -250,7 +258,8 @@ ColumnsMap read_columns_map(const std::string& name_or_path) {
       }
       read_source(entry, *column, map);
     }
-    check_twice(object, key, map);
+    keys.push_back(key);
+    check_twice(object, key, map, keys);
   }
   check_clocks(object, map);
   check_complete(object, map);

@@ -7,6 +7,7 @@
 #include "io/channel_units.hpp"
 #include "io/clock_time.hpp"
 #include "io/csv.hpp"
+#include "io/json.hpp"
 
 namespace leeway::io {
 
@@ -63,5 +64,7 @@ struct ColumnsMap {
 
 /// Reads a columns map: a path, or the name of a shipped one such as "frt-ds-esso".
 ColumnsMap read_columns_map(const std::string& name_or_path);
+/// The same of a map that stands in no file; messages name it so.
+ColumnsMap columns_map_of(const Json& json, const std::string& name);
 
 }  // namespace leeway::io

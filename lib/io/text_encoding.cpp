@@ -24,6 +24,14 @@ bool is_utf8(std::string_view bytes) {
   return true;
 }
 
+bool begins_as_utf16(std::string_view bytes) {
+  if (bytes.size() < 2) return false;
+  const std::string_view first = bytes.substr(0, 2);
+  const auto is_letter = [](char c) { return c >= ' ' && c <= '~'; };
+  return first == "\xFF\xFE" || first == "\xFE\xFF" || (is_letter(first[0]) && first[1] == '\0') ||
+         (first[0] == '\0' && is_letter(first[1]));
+}
+
 std::string utf8_of_latin1(std::string_view bytes) {
   std::string text;
   for (const char c : bytes) {

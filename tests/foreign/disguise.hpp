@@ -24,6 +24,13 @@ inline Trajectory simulated_zigzag(const std::string& name = "kvlcc2-l7") {
   return simulate(SimulatedShip(ship), *maneuver, WindProcess::steady(0.0, 0.0), {0.1, 0.5, 100.0});
 }
 
+/// A simulated turning circle in calm water, every half second.
+inline Trajectory simulated_turn(double rudder_deg, const std::string& name = "kvlcc2-l7") {
+  const Ship ship = read_ship(name);
+  const auto maneuver = turning(ship, rudder_deg * kDegree);
+  return simulate(SimulatedShip(ship), *maneuver, WindProcess::steady(0.0, 0.0), {0.1, 0.5, 200.0});
+}
+
 /// A column of a foreign file: its name and its text in a row.
 using ForeignColumn = std::pair<std::string, std::function<std::string(const Trajectory&, std::size_t)>>;
 
@@ -62,6 +69,11 @@ inline double north(const Trajectory& t, std::size_t i) {
 }
 inline double east(const Trajectory& t, std::size_t i) {
   return t[Channel::u][i] * std::sin(t[Channel::psi][i]) + t[Channel::vm][i] * std::cos(t[Channel::psi][i]);
+}
+
+inline double speed(const Trajectory& t, std::size_t i) { return std::hypot(t[Channel::u][i], t[Channel::vm][i]); }
+inline double course_deg(const Trajectory& t, std::size_t i) {
+  return std::fmod(std::atan2(east(t, i), north(t, i)) / kDegree + 360.0, 360.0);
 }
 
 }  // namespace leeway::test

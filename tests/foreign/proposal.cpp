@@ -8,6 +8,7 @@
 
 #include "core/errors.hpp"
 #include "foreign/disguise.hpp"
+#include "foreign/proposed.hpp"
 #include "io/trajectory_csv.hpp"
 #include "temporary_folder.hpp"
 
@@ -25,36 +26,14 @@ const Trajectory& simulated() {
   return run;
 }
 
-// Read through the map that is proposed for it, the disguised recording is the one that was simulated.
 Json check_proposal(const std::string& text, const std::vector<Channel>& channels, double tolerance = 1e-6) {
-  const test::TemporaryFolder folder;
-  const foreign::Proposal proposal = foreign::propose_columns_map(folder.write("raw.txt", text));
-  const std::string map_text = foreign::map_text(proposal);
-  INFO(map_text);
-  const io::ColumnsMap map = io::read_columns_map(folder.write("map.json", map_text));
-  const Trajectory read = io::read_trajectory(folder / "raw.txt", &map);
-  CHECK(read.size() == simulated().size());
-  for (const Channel channel : channels) {
-    CAPTURE(info(channel).name);
-    CHECK(read.has(channel));
-    if (!read.has(channel) || read.size() != simulated().size()) continue;
-    double worst = 0.0, largest = 0.0;
-    for (std::size_t i = 0; i < read.size(); ++i) {
-      worst = std::max(worst, std::abs(read[channel][i] - simulated()[channel][i]));
-      largest = std::max(largest, std::abs(simulated()[channel][i]));
-    }
-    CHECK(worst <= tolerance * std::max(1.0, largest));
-  }
-  return proposal.map;
+  return test::check_proposal(text, simulated(), channels, tolerance);
 }
 
-const std::vector<Channel> kEverything{Channel::t,  Channel::u,  Channel::vm,    Channel::r,  Channel::psi,
-                                       Channel::x0, Channel::y0, Channel::delta, Channel::n_p};
+using test::kEverything;
 
-double speed(const Trajectory& t, std::size_t i) { return std::hypot(t[Channel::u][i], t[Channel::vm][i]); }
-double course_deg(const Trajectory& t, std::size_t i) {
-  return std::fmod(kDegrees * std::atan2(test::east(t, i), test::north(t, i)) + 360.0, 360.0);
-}
+using test::course_deg;
+using test::speed;
 
 }  // namespace
 

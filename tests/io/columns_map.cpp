@@ -43,7 +43,9 @@ TEST_CASE("columns map: what contradicts itself is refused with the pointer to t
   refused(R"({"u_mps": {"from": 2.5}})", "/u_mps/from: expected a column's name or its number from 1, got 2.5");
   refused(R"({"u_mps": {"from": "u", "scale": 0}})", "/u_mps/scale: expected a number from 1e-12 to 1e+12");
   refused(R"({"u_mps": {"from": "u", "sign": 2}})", "/u_mps/sign: expected 1 or -1, got 2");
-  refused(R"({"u_mps": {"from": 2}, "vm_mps": {"from": 2}})", "/vm_mps: the column 2 is already taken");
+  refused(R"({"u_mps": {"from": 2}, "vm_mps": {"from": 2}})", "/vm_mps: the column 2 is already taken by 'u_mps'");
+  refused(R"({"u_mps": 5})", "/u_mps: expected a column's name, or {\"from\": 5} with its number, got 5");
+  refused(R"({"file": {"time": {"from": "a", "format": "%s"}}})", "/file/time/format: expected iso8601");
   refused(R"({"u_mps": "a", "u_kn": "b"})", "/u_kn: 'u' is already given by the column 'a'");
   refused(R"({"t_s": "a", "file": {"time": {"from": "b", "format": "hms"}}})", "/t_s: stands beside /file/time");
   refused(R"({"u_mps": "b", "file": {"time": {"from": "b", "format": "hms"}}})", "/u_mps: the column 'b' is already");
@@ -120,4 +122,16 @@ TEST_CASE("columns map: gzip is read as it lies, in several members too, and bro
   std::string bad = whole;
   bad[14] = static_cast<char>(~bad[14]);
   CHECK_THROWS_AS(io::read_trajectory(folder.write("bad.csv.gz", bad)), InputError);
+}
+
+TEST_CASE("columns map: AM and PM of a clock pattern are read", "[io][columns]") {
+  io::ClockReader reader(io::ClockFormat::pattern, "%m/%d/%Y %I:%M:%S %p");
+  CHECK(reader.seconds("03/04/2021 11:59:30 AM") == 0.0);
+  CHECK(reader.seconds("03/04/2021 12:00:30 PM") == 60.0);
+  CHECK(reader.seconds("03/04/2021 01:00:30 pm") == 3660.0);
+  CHECK(reader.seconds("03/05/2021 12:00:30 AM") == 12.0 * 3600.0 + 60.0);
+  CHECK_FALSE(reader.seconds("03/05/2021 12:00:30").has_value());
+  io::ClockReader whole(io::ClockFormat::pattern, "%c");
+  CHECK(whole.seconds("Thu Mar  4 23:55:00 2021") == 0.0);
+  CHECK(whole.seconds("Fri Mar  5 00:05:00 2021") == 600.0);
 }
