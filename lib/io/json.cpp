@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "core/similar_words.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
 #include "io/json_check.hpp"
@@ -163,7 +164,7 @@ std::string JsonObject::word(const std::string& key, const std::vector<std::stri
   }
   std::string found = text(key);
   if (std::find(words.begin(), words.end(), found) == words.end())
-    fail(key, fmt::format("unknown '{}'; known: {}", found, fmt::join(words, ", ")));
+    fail(key, fmt::format("unknown '{}'; known: {}{}", found, fmt::join(words, ", "), did_you_mean(found, words)));
   return found;
 }
 
@@ -241,7 +242,8 @@ const Json& JsonObject::value(const std::string& key) const {
 void JsonObject::check_all_known() const {
   for (const auto& item : value_->items())
     if (!asked_.contains(item.key()))
-      fail(item.key(), fmt::format("unknown key; known here: {}", fmt::join(asked_, ", ")));
+      fail(item.key(), fmt::format("unknown key; known here: {}{}", fmt::join(asked_, ", "),
+                                   did_you_mean(item.key(), {asked_.begin(), asked_.end()})));
 }
 
 }  // namespace leeway::io
