@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <vector>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 
 #include "cli/inputs.hpp"
 #include "cli/options.hpp"
+#include "cli/progress.hpp"
 #include "core/errors.hpp"
 #include "ensemble/calibration.hpp"
 #include "ensemble/prediction_run.hpp"
@@ -142,6 +144,13 @@ std::function<ensemble::SequencePredictor()> predictor_factory(const Options& o,
   };
 }
 
+double recorded_s_of(std::span<const Trajectory> recordings, double dt_s) {
+  double sum_s = 0.0;
+  for (const Trajectory& recording : recordings)
+    sum_s += recording[Channel::t].back() - recording[Channel::t].front() + dt_s;
+  return sum_s;
+}
+
 // The folder of the predictions. Those of other recordings by the same model and options may stand beside these.
 //   model_folder  empty for a baseline
 std::unique_ptr<io::ResultFolder> result_folder(const Options& o, const std::string& model_folder,
@@ -251,31 +260,37 @@ int main(int argc, char** argv) try {
   if (!folder) writer.emplace("-");
   ensemble::PredictionReport report;
   double left_out_s = 0.0, total_s = 0.0;
-  for (const Trajectory& recording : recordings) {
-    if (model) warn_of_constants(recording, model->header().inputs);
-    take_noise(o, model, calibration, true_paths.contains(recording.file), options);
-    const std::vector<Samples> stretches = resample(recording, actuators, wind, dt_s, config.resampling, config.inputs);
-    const std::vector<ensemble::SequenceTask> tasks = ensemble::sequences_of(stretches, K, o.fitted);
-    const double predicted_s = static_cast<double>(tasks.size()) * K * dt_s;
-    const double recorded_s = recording[Channel::t].back() - recording[Channel::t].front() + dt_s;
-    if (!o.fitted) left_out_s += std::max(0.0, recorded_s - predicted_s);
-    total_s += recorded_s;
-    if (tasks.empty()) {
-      spdlog::warn("{}: holds no {} points {} s apart without a gap; nothing of it is predicted", recording.file, K,
-                   dt_s);
-      continue;
+  std::vector<std::string> too_short;
+  {
+    cli::Progress progress("ens-predict", recorded_s_of(recordings, dt_s), o.common);
+    for (const Trajectory& recording : recordings) {
+      if (model) warn_of_constants(recording, model->header().inputs);
+      take_noise(o, model, calibration, true_paths.contains(recording.file), options);
+      const std::vector<Samples> stretches =
+          resample(recording, actuators, wind, dt_s, config.resampling, config.inputs);
+      const std::vector<ensemble::SequenceTask> tasks = ensemble::sequences_of(stretches, K, o.fitted);
+      const double predicted_s = static_cast<double>(tasks.size()) * K * dt_s;
+      const double recorded_s = recorded_s_of({&recording, 1}, dt_s);
+      if (!o.fitted) left_out_s += std::max(0.0, recorded_s - predicted_s);
+      total_s += recorded_s;
+      if (tasks.empty()) {
+        too_short.push_back(recording.file);
+        continue;
+      }
+      if (folder) writer.emplace(folder->path(recording.name + ".csv"));
+      ensemble::write_predictions(
+          tasks, static_cast<std::size_t>(o.particles), o.common.jobs, make_predictor, *writer, report,
+          [&](std::size_t more) { progress.advance(static_cast<double>(more) * K * dt_s, recording.name); });
+      if (!folder) continue;
+      writer->commit();
+      folder->add(recording.name + ".csv");
     }
-    if (folder) writer.emplace(folder->path(recording.name + ".csv"));
-    ensemble::write_predictions(tasks, static_cast<std::size_t>(o.particles), o.common.jobs, make_predictor, *writer,
-                                report);
-    if (!folder) continue;
-    writer->commit();
-    folder->add(recording.name + ".csv");
   }
   if (report.sequences == 0)
     throw InputError(
         recordings.front().file,
         fmt::format("no recording holds {} points {} s apart without a gap; choose fewer --steps", K, dt_s));
+  cli::tell_skipped(too_short, recordings.size(), static_cast<std::size_t>(K), dt_s);
   if (!folder) writer->commit();
   cli::warn_all(report.notices);
   if (folder)

@@ -18,6 +18,7 @@
 #include "ensemble/base_preparation.hpp"
 #include "ensemble/cross_fit.hpp"
 #include "ensemble/ensemble_training.hpp"
+#include "ensemble/training_differences.hpp"
 #include "io/csv.hpp"
 #include "io/dataset_json.hpp"
 #include "io/files.hpp"
@@ -104,6 +105,12 @@ std::string name_of(const std::optional<ensemble::BaseRecord>& base) {
   return base ? fmt::format("'{}' ({}, spread {:g})", base->name, base->sha256.substr(0, 8), base->spread) : "none";
 }
 
+// Of a base whose spread is yet to be found.
+std::optional<ensemble::BaseRecord> record_of(const std::shared_ptr<const ensemble::BaseModel>& base) {
+  if (!base) return std::nullopt;
+  return ensemble::BaseRecord{base->ship().name, base->sha256()};
+}
+
 // --base-spread in place of what the config says.
 void take_base_spread(const Options& o, ensemble::TrainingConfig& config) {
   if (!o.base_spread) return;
@@ -168,6 +175,45 @@ std::vector<ensemble::TrainingFile> training_files(const std::vector<Trajectory>
   return files;
 }
 
+// Throws UsageError where the folder holds an ensemble of another base, other data or other settings: nothing that may
+// have taken days to train is replaced by a slip of the command line.
+//   given  hash of the base ship's file as it was given; empty without one
+void refuse_other_training(const Options& o, const ensemble::EnsembleHeader& wanted, const std::string& given,
+                           bool is_prepared) {
+  const auto existing = ensemble::read_header(o.output, true);
+  if (!existing) return;
+  const std::string way_out = fmt::format("choose another folder with -o, or remove '{}' first", o.output);
+  const std::string its_base = !existing->base                         ? ""
+                               : existing->base->stated_sha256.empty() ? existing->base->sha256
+                                                                       : existing->base->stated_sha256;
+  if (is_prepared ? existing->base != wanted.base : its_base != given)
+    throw UsageError(fmt::format("{} holds an ensemble of another base: {}, not {}; {}", o.output,
+                                 name_of(existing->base), name_of(wanted.base), way_out));
+  const std::vector<std::string> differences = ensemble::training_differences(*existing, wanted);
+  if (differences.empty() && (!is_prepared || existing->training_id == wanted.training_id)) return;
+  throw UsageError(fmt::format("{} holds an ensemble of other data, settings or seed: {}; {}", o.output,
+                               differences.empty() ? "the channels that are read of the same recordings differ"
+                                                   : fmt::format("{}", fmt::join(differences, "; ")),
+                               way_out));
+}
+
+// Data to train on, unless the folder holds an ensemble of others.
+ensemble::TrainingData prepare(const Options& o, const std::vector<Trajectory>& recordings,
+                               const ensemble::TrainingConfig& config,
+                               const std::shared_ptr<const ensemble::BaseModel>& base,
+                               const std::vector<ensemble::TrainingFile>& files) {
+  refuse_other_training(o, {config, {}, o.common.seed, files, record_of(base), ""}, base ? base->sha256() : "", false);
+  std::optional<ensemble::BaseSpreadEstimate> found;
+  const auto prepared = [&] {
+    const cli::Progress progress("ens-train: preparation", 1.0, o.common);  // minutes, where the base is fitted
+    return ensemble::prepare_in_folder(o.output, recordings, config, base, o.common.seed, files, found, o.common.jobs);
+  };
+  ensemble::TrainingData data = prepared();
+  cli::warn_all(data.notices);
+  tell_base(o, data, found);
+  return data;
+}
+
 // The folder's ensemble.json: new, or the one that this run belongs to.
 ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, const ensemble::TrainingData& data,
                                      const std::vector<Trajectory>& recordings,
@@ -185,15 +231,8 @@ ensemble::EnsembleHeader open_folder(const Options& o, const CLI::App& app, cons
     throw IoError(o.output, "another process begins a training here; wait until it is done, or choose another folder");
   }
   io::remove_leftovers(o.output);
+  refuse_other_training(o, header, "", true);
   const auto existing = ensemble::read_header(o.output, true);
-  if (existing && continues && existing->base != header.base)
-    throw UsageError(fmt::format("{} holds an ensemble of another base: {}, not {}", o.output, name_of(existing->base),
-                                 name_of(header.base)));
-  if (existing && continues && existing->training_id != header.training_id)
-    throw UsageError(
-        fmt::format("{} holds an ensemble of other data, settings or seed; choose another folder, or train "
-                    "anew without --resume and --member",
-                    o.output));
   if (!continues) ensemble::remove_training(o.output);
   const bool is_whole = existing && continues && ensemble::has_base_file(o.output, header);
   if (!is_whole || existing->config.members != header.config.members)
@@ -247,8 +286,9 @@ bool calibrate(const Options& o, const CLI::App& app, const std::string& folder,
     const int networks = ensemble::networks_of_cross_fit(config, recordings.size());
     cli::Progress progress(fmt::format("ens-train: calibration by {} networks", networks), networks, o.common);
     double trained = 0.0;
-    found = ensemble::cross_fit({recordings, config, base, fitted, header.seed, o.common.jobs, kernels,
-                                 cli::Interruption::requested, [&] { progress.update(trained += 1.0, ""); }});
+    found =
+        ensemble::cross_fit({recordings, config, base, fitted, header.seed, o.common.jobs, kernels,
+                             cli::Interruption::requested, [&] { progress.update(trained += 1.0, "cross-fitting"); }});
   }
   if (!found) return false;
   std::vector<std::string> paths;
@@ -329,11 +369,7 @@ int main(int argc, char** argv) try {
 
   const std::vector<Trajectory> recordings = read_all(o.recordings, "trains on", o);
   const std::vector<ensemble::TrainingFile> files = training_files(recordings);
-  std::optional<ensemble::BaseSpreadEstimate> found;
-  const ensemble::TrainingData data =
-      ensemble::prepare_in_folder(o.output, recordings, config, base, o.common.seed, files, found, o.common.jobs);
-  cli::warn_all(data.notices);
-  tell_base(o, data, found);
+  const ensemble::TrainingData data = prepare(o, recordings, config, base, files);
   std::optional<ensemble::TrainingData> held_out;
   if (!o.held_out.empty()) {
     held_out = ensemble::prepare_held_out_data(read_all(o.held_out, "holds out", o), data);

@@ -8,7 +8,9 @@
 #include "cli/inputs.hpp"
 #include "cli/messages.hpp"
 #include "cli/options.hpp"
+#include "cli/progress.hpp"
 #include "core/errors.hpp"
+#include "io/described_file.hpp"
 #include "io/files.hpp"
 #include "metrics/scores.hpp"
 
@@ -78,10 +80,13 @@ int main(int argc, char** argv) try {
   cli::Inputs inputs;
   inputs.recordings(opt.truths).config("columns", opt.columns).files(source.descriptions);
   for (const PredictionSource::File& file : source.files) inputs.files({file.path});
-  inputs.keep_from({opt.output, opt.per_step});
+  inputs.keep_from({opt.output, opt.per_step, io::provenance_path(opt.per_step)});
   std::optional<io::States> against;
   if (!opt.against.empty()) against = opt.against == "truth" ? io::States::truth : io::States::observations;
-  const Evaluation evaluation = evaluate(source, truths_by_name(opt.truths, against), options);
+  const Evaluation evaluation = [&] {
+    const cli::Progress progress("eval-metrics", 1.0, opt.common);
+    return evaluate(source, truths_by_name(opt.truths, against), options);
+  }();
 
   io::Json json = to_json(evaluation);
   json["provenance"] = cli::provenance(app, opt.common, input_files(source, evaluation), {"--per-step"});
@@ -91,7 +96,7 @@ int main(int argc, char** argv) try {
     spdlog::warn("--noise-* counts where predictions are laid beside observations; here they are laid beside: {}",
                  evaluation.overall.against);
   if (!opt.per_step.empty()) io::remove_output(opt.output);  // it comes last: where it lies, the steps are of its run
-  if (!opt.per_step.empty()) io::write_text(opt.per_step, per_step_text(evaluation));
+  if (!opt.per_step.empty()) io::write_described(opt.per_step, per_step_text(evaluation), json["provenance"]);
   io::write_text(opt.output, io::to_text(json));
   if (!opt.common.quiet) cli::say(summary_text(evaluation));
   return cli::kOk;

@@ -1,9 +1,11 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/inputs.hpp"
+#include "cli/progress.hpp"
 #include "cli/simulator.hpp"
 #include "core/errors.hpp"
 #include "dynamics/dataset.hpp"
+#include "dynamics/run_notices.hpp"
 #include "dynamics/ship_report.hpp"
 #include "effects/catalogue.hpp"
 #include "io/files.hpp"
@@ -31,8 +33,12 @@ int main(int argc, char** argv) try {
   commands.push_back({dataset, [&] {
                         if (opt.output == "-") throw UsageError("a dataset is a folder: give --output DIR");
                         const DatasetSpec dataset_spec = read_dataset_spec(spec);
-                        generate_dataset(dataset_spec, opt.output, opt.common.seed, opt.common.jobs,
-                                         cli::provenance(app, opt.common, dataset_spec.input_files));
+                        cli::warn_all(dataset_notices(dataset_spec));
+                        io::Json made_by = cli::provenance(app, opt.common, dataset_spec.input_files);
+                        made_by["ship"] = {{"name", dataset_spec.ship.name}};
+                        cli::Progress progress("mmg-sim: dataset", 1.0, opt.common);
+                        generate_dataset(dataset_spec, opt.output, opt.common.seed, opt.common.jobs, made_by,
+                                         [&](double done) { progress.update(done, ""); });
                       }});
 
   CLI::App* ships = app.add_subcommand("ships", "list the shipped ships");
@@ -40,12 +46,18 @@ int main(int argc, char** argv) try {
   commands.push_back({ships, [&] { io::write_text(opt.output, ship_list()); }});
 
   CLI::App* show =
-      app.add_subcommand("show", "particulars, modules, limits, straight run and self-propulsion of a ship");
+      app.add_subcommand("show", "particulars, modules, limits, coefficients, effects and straight runs of a ship");
   show->add_option("ship", opt.ship, "ship (JSON), or the name of a shipped one")->required();
+  bool show_json = false;
+  show->add_flag("--json", show_json, "the same as JSON, in place of text");
   cli::add_output(*show, opt, "where the text goes, '-' for stdout");
   commands.push_back({show, [&] {
                         cli::Inputs().config("ships", opt.ship).keep_from({opt.output});
-                        io::write_text(opt.output, ship_report(read_ship(opt.ship)));
+                        const Ship ship = read_ship(opt.ship);
+                        if (!show_json) return io::write_text(opt.output, ship_report(ship));
+                        io::Json json = ship_json(ship);
+                        json["provenance"] = cli::provenance(app, opt.common, {ship.file});
+                        io::write_text(opt.output, io::to_text(json));
                       }});
 
   cli::DrawOptions draw_options;

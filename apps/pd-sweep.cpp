@@ -8,10 +8,11 @@
 
 #include "cli/inputs.hpp"
 #include "cli/options.hpp"
+#include "cli/progress.hpp"
 #include "control/pd_sweep.hpp"
 #include "core/errors.hpp"
 #include "ensemble/calibration.hpp"
-#include "io/files.hpp"
+#include "io/described_file.hpp"
 #include "io/result_folder.hpp"
 
 using namespace leeway;
@@ -65,7 +66,7 @@ std::string trajectories_file(const control::PdGains& gains) {
 
 // The folder of --trajectories, if they are wanted.
 std::unique_ptr<io::ResultFolder> trajectories_folder(const Options& o, const std::vector<control::PdGains>& gains) {
-  std::vector<std::string> outputs{o.output}, files;
+  std::vector<std::string> outputs{o.output, io::provenance_path(o.output)}, files;
   std::unique_ptr<io::ResultFolder> folder;
   if (!o.trajectories.empty()) {
     for (const control::PdGains& pair : gains) files.push_back(trajectories_file(pair));
@@ -95,18 +96,25 @@ int main(int argc, char** argv) try {
   const ensemble::Ensemble model(o.model, o.use_members, nn::kernels(o.kernel));
   cli::warn_all(model.notices());
   const auto calibration = o.no_calibration ? std::nullopt : ensemble::read_calibration(o.model, model.header());
-  const std::vector<control::SweepResult> results =
-      control::pd_sweep(ship, model, gains, o.task, o.particles, o.common.seed, o.common.jobs, !o.trajectories.empty(),
-                        calibration && !o.no_disturbance ? calibration->disturbance : ensemble::Disturbance());
+  std::vector<control::SweepResult> results;
+  {
+    cli::Progress progress("pd-sweep", 1.0, o.common);
+    results = control::pd_sweep(ship, model, gains, o.task, o.particles, o.common.seed, o.common.jobs,
+                                !o.trajectories.empty(),
+                                calibration && !o.no_disturbance ? calibration->disturbance : ensemble::Disturbance(),
+                                [&](double done) { progress.update(done, ""); });
+  }
+  const std::vector<std::string> inputs{(std::filesystem::path(o.model) / "ensemble.json").string(), ship.file};
+  io::Json made_by = cli::provenance(app, o.common, inputs, {"--trajectories"});
+  made_by["ship"] = {{"name", ship.name}};
   if (trajectories) {
-    io::remove_output(o.output);  // it comes last: where it lies, the trajectories are of its run
+    io::remove_described(o.output);  // it comes last: where it lies, the trajectories are of its run
     trajectories->begin();
     for (const control::SweepResult& r : results)
       trajectories->write(trajectories_file(r.gains), control::runs_csv(r, ship));
-    const std::vector<std::string> inputs{(std::filesystem::path(o.model) / "ensemble.json").string(), ship.file};
-    trajectories->commit({{"provenance", cli::provenance(app, o.common, inputs, {"--trajectories"})}});
+    trajectories->commit({{"provenance", made_by}});
   }
-  io::write_text(o.output, control::sweep_csv(results));
+  io::write_described(o.output, control::sweep_csv(results), made_by);
 
   const auto best = [&](auto score) {
     return *std::min_element(results.begin(), results.end(),

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include "cli/inputs.hpp"
+#include "cli/progress.hpp"
 #include "cli/simulator.hpp"
 #include "core/errors.hpp"
 #include "dynamics/ship_draws.hpp"
@@ -35,6 +36,7 @@ void run_draws(const CLI::App& app, const SimOptions& opt, const DrawOptions& dr
   folder.begin();
   io::Json all = io::Json::array();
   int refused = 0;
+  Progress progress("mmg-sim: draws", static_cast<double>(draws.count), opt.common);
   for (std::size_t i = 0; i < draws.count; ++i) {
     const int number = static_cast<int>(i);
     const ShipDraw draw = drawn.draw(number);
@@ -49,6 +51,7 @@ void run_draws(const CLI::App& app, const SimOptions& opt, const DrawOptions& dr
         factors[by.name] = by.factor;
     all.push_back({{"file", files[i]}, {"refused_before", draw.refused}, {"coefficient_factors", factors}});
     if (!shifts.is_null()) all.back()["coefficient_shifts"] = shifts;
+    progress.advance();
   }
   folder.commit({{"ship", ship.name},
                  {"spread", draws.spread},

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include "dynamics/berthing.hpp"
 #include "dynamics/phased_maneuvers.hpp"
 #include "dynamics/port_navigation.hpp"
+#include "dynamics/run_notices.hpp"
 #include "dynamics/schedule.hpp"
 #include "dynamics/straight_run.hpp"
 
@@ -157,6 +159,24 @@ io::Json plan_of(const Ship& ship, const SimOptions& opt, ManeuverFacts& facts) 
   return {};
 }
 
+// What the run does not do although it was asked for, or hardly as it was meant.
+void warn_of_run(const SimulatedShip& start, const SimOptions& opt, const std::string& maneuver) {
+  const Ship& ship = start.ship;
+  const std::vector<Actuator> propulsion = ship.propulsion();
+  const bool is_piloted = maneuver == "berthing" || maneuver == "port-navigation";
+  // Revolutions that the maneuver orders anew hold nothing.
+  const bool orders_revolutions = maneuver == "schedule" || maneuver == "coast-down" ||
+                                  (maneuver == "random" && std::ranges::any_of(propulsion, &Actuator::is_random));
+  if (!propulsion.empty() && !orders_revolutions)
+    if (const auto notice =
+            speed_notice(ship, start.surge_through_water(), start.actuators[propulsion.front().channel], is_piloted))
+      warn_all({*notice});
+  if (const auto notice = wind_notice(ship, opt.wind_speed_mps)) warn_all({*notice});
+  const double turning = deg_to_rad(opt.turning_rudder_deg), zigzag = deg_to_rad(opt.zigzag_rudder_deg);
+  if (maneuver == "turning") warn_all(rudder_notices(ship, {turning}));
+  if (maneuver == "zigzag") warn_all(rudder_notices(ship, {zigzag, -zigzag}));
+}
+
 // The ship at the start outlives the maneuver.
 using MakeManeuver = std::unique_ptr<Maneuver> (*)(const SimulatedShip& start, const SimOptions&);
 
@@ -170,6 +190,7 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
     for (Actuator& actuator : ship.actuators)  // ordered revolutions stay, also in a random run
       if (actuator.is_propulsion()) actuator.is_random = false;
   const SimulatedShip start = start_of(ship, opt, name);
+  warn_of_run(start, opt, name);
   const auto maneuver = make(start, opt);
   const double longest_s = maneuver->longest_s().value_or(usual_duration_s(ship));
   if (!opt.duration_s) grid.duration_s = grid.sample_s * std::ceil(longest_s / grid.sample_s - 1e-9);
@@ -195,7 +216,7 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
     conditions["dt_s"] = grid.dt_s;
     write_indices(app, opt, ship, every_step, facts, std::move(conditions));
   }
-  write_result(opt, ship, truth);
+  write_result(app, opt, ship, truth);
 }
 
 using Start = const SimulatedShip&;

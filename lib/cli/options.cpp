@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "cli/command_line.hpp"
 #include "cli/completion.hpp"
 #include "cli/messages.hpp"
 #include "cli/resources.hpp"
@@ -63,7 +64,8 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
     say(fmt::format("{}: error: standard output: cannot be written: {}\n", program, std::strerror(errno)));
     return kBadFile;
   } catch (const CLI::ParseError& error) {
-    say(fmt::format("{}: error: {}. Try '{} --help'.\n", program, one_line(error.what()), program));
+    const std::string what = one_line(what_is_wrong(app, error));
+    say(fmt::format("{}: error: {}{} Try '{} --help'.\n", program, what, what.ends_with('?') ? "" : ".", program));
     return kUsage;
   }
   log_to_messages(program, options.verbose, options.quiet);
@@ -211,6 +213,13 @@ std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, c
       spdlog::warn("{}:{}: column 't_s': {}: was the clock set? Nothing is computed across it", recording.file,
                    recording.longest_step.line, jump_text(recording));
   return recordings;
+}
+
+void tell_skipped(const std::vector<std::string>& too_short, std::size_t of, std::size_t K, double time_step_s) {
+  if (too_short.empty()) return;
+  spdlog::warn("{} of {} recordings {} no {} points {} s apart without a gap, {} skipped: {}", too_short.size(), of,
+               too_short.size() == 1 ? "holds" : "hold", K, time_step_s, too_short.size() == 1 ? "and is" : "and are",
+               io::listed(too_short));
 }
 
 void warn_all(const std::vector<std::string>& notices) {

@@ -63,6 +63,10 @@ io::Json provenance(const CLI::App& app, const CommonOptions& options, const std
 std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, const std::string& columns_map,
                                         std::size_t jobs, bool keep_unknown = false, bool warn_of_jumps = true);
 
+/// One warning that names the recordings without K points in a row, and how many they are; nothing where there is none.
+///   of  how many were read
+void tell_skipped(const std::vector<std::string>& too_short, std::size_t of, std::size_t K, double time_step_s);
+
 /// Logs results' notices as warnings.
 void warn_all(const std::vector<std::string>& notices);
 

@@ -12,6 +12,7 @@
 #include "foreign/proposal.hpp"
 #include "io/csv.hpp"
 #include "io/dataset_json.hpp"
+#include "io/described_file.hpp"
 #include "io/files.hpp"
 #include "io/result_folder.hpp"
 #include "io/trajectory_csv.hpp"
@@ -57,10 +58,12 @@ void run_import(const CLI::App& app, const SimOptions& opt) {
   const std::vector<std::string> paths = paths_of(opt.recordings);
   const bool into_folder = is_folder(opt.output, paths.size());
   if (paths.size() > 1 && !into_folder) throw UsageError("several recordings go into a folder: give --output DIR");
-  if (!into_folder) Inputs().config("columns", opt.columns).files(paths).keep_from({opt.output});
+  if (!into_folder)
+    Inputs().config("columns", opt.columns).files(paths).keep_from({opt.output, io::provenance_path(opt.output)});
   const std::vector<Trajectory> recordings = read_recordings(paths, opt.columns, opt.common.jobs);
   if (into_folder) return import_into_folder(app, opt, paths, recordings);
-  io::write_trajectory(opt.output, recordings.front());
+  io::write_described(opt.output, io::trajectory_text(recordings.front()),
+                      provenance(app, opt.common, {io::find_config("columns", opt.columns), paths.front()}));
 }
 
 void run_columns(const SimOptions& opt) {

@@ -1,5 +1,8 @@
 #include "cli/simulator.hpp"
 
+#include <algorithm>
+#include <filesystem>
+#include <optional>
 #include <set>
 
 #include <fmt/format.h>
@@ -9,12 +12,17 @@
 
 #include "cli/inputs.hpp"
 #include "core/errors.hpp"
+#include "core/similar_words.hpp"
 #include "dynamics/observation_noise.hpp"
 #include "dynamics/replay.hpp"
+#include "dynamics/run_notices.hpp"
+#include "effects/catalogue.hpp"
 #include "io/dataset_json.hpp"
+#include "io/described_file.hpp"
 #include "io/files.hpp"
 #include "io/result_folder.hpp"
 #include "io/trajectory_csv.hpp"
+#include "recording/samples.hpp"
 #include "ship/pitch_current.hpp"
 
 namespace leeway::cli {
@@ -24,6 +32,29 @@ Inputs inputs_of(const SimOptions& opt) {
   Inputs inputs;
   inputs.config("ships", opt.ship).config("noise", opt.noise).config("columns", opt.columns).files(opt.effects);
   return inputs.files({opt.schedule}).recordings(opt.recordings);
+}
+
+// What provenance says of the ship that ran.
+io::Json named(const Ship& ship) {
+  io::Json json{{"name", ship.name}};
+  for (const EffectEntry& effect : ship.effects) json["effects"].push_back(effect.type);
+  return json;
+}
+
+// An effect has parameters, so that --effect takes a file; its bare name is a likely mistake.
+void require_effect_file(const std::string& file) {
+  std::error_code error;
+  if (file == "-" || file.find('/') != std::string::npos || file.ends_with(".json") ||
+      std::filesystem::exists(file, error))
+    return;
+  const std::vector<std::string> known = effect_names();
+  if (std::ranges::find(known, file) != known.end())
+    throw UsageError(
+        fmt::format("--effect: no file '{0}'; the effect of this name needs a file with its parameters, "
+                    "{{\"type\": \"{0}\", ...}}: 'mmg-sim effects {0}' lists them",
+                    file));
+  throw UsageError(fmt::format("--effect: no file '{}', expected a JSON file; 'mmg-sim effects' lists the effects{}",
+                               file, did_you_mean(file, known)));
 }
 
 // prediction.json of a replay, without what its run alone knows.
@@ -44,6 +75,57 @@ std::string generation_of(const SimOptions& opt, const Ship& ship, const TimeGri
   json["ship"] = input_sha256(ship.file);
   for (const std::string& effect : opt.effects) json["effects"].push_back(input_sha256(effect));
   return json.dump();
+}
+
+std::size_t sequences_in(const Trajectory& recording, const RecordedInputs& inputs, const TimeGrid& grid,
+                         std::size_t K) {
+  std::size_t count = 0;
+  for (const Samples& samples : resample(recording, inputs.channels(), inputs.has_wind(), grid.sample_s))
+    count += test_sequences(samples.size(), static_cast<Eigen::Index>(K)).size();
+  return count;
+}
+
+// Predictions of the recordings that hold a sequence.
+void predict_sequences(const CLI::App& app, const SimOptions& opt, const Ship& ship,
+                       const std::vector<Trajectory>& recordings, const std::vector<RecordedInputs>& inputs,
+                       const TimeGrid& grid, const std::set<std::string>& initial_states) {
+  std::vector<std::string> files, paths, too_short;
+  for (const Trajectory& recording : recordings) {
+    files.push_back(recording.name + ".csv");
+    paths.push_back(recording.file);
+  }
+  std::optional<io::ResultFolder> folder;
+  if (opt.output != "-") folder.emplace(opt.output, "prediction.json", files, generation_of(opt, ship, grid));
+  inputs_of(opt).keep_from(folder ? folder->outputs() : std::vector<std::string>{opt.output});
+  std::vector<std::size_t> long_enough;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    if (sequences_in(recordings[i], inputs[i], grid, opt.restart_steps) > 0)
+      long_enough.push_back(i);
+    else
+      too_short.push_back(recordings[i].file);
+  }
+  if (long_enough.empty())
+    throw InputError(recordings.front().file,
+                     fmt::format("no recording holds {} points {} s apart without a gap; choose fewer --restart-steps",
+                                 opt.restart_steps, grid.sample_s));
+  tell_skipped(too_short, recordings.size(), opt.restart_steps, grid.sample_s);
+  if (!folder) {
+    io::PredictionWriter writer("-");
+    for (const std::size_t i : long_enough)
+      replay_sequences(ship, recordings[i], inputs[i], grid, opt.restart_steps, writer);
+    return writer.commit();
+  }
+  folder->begin();
+  for (const std::size_t i : long_enough) {
+    io::PredictionWriter writer(folder->path(files[i]));
+    replay_sequences(ship, recordings[i], inputs[i], grid, opt.restart_steps, writer);
+    writer.commit();
+    folder->add(files[i]);
+  }
+  io::Json summary = prediction_summary(opt, grid);
+  summary["initial_state"] = initial_states.size() == 1 ? *initial_states.begin() : "mixed";
+  summary["provenance"] = simulation_provenance(app, opt, ship, paths, {});
+  folder->commit(std::move(summary));
 }
 
 void run_replay(const CLI::App& app, const SimOptions& opt) {
@@ -71,6 +153,7 @@ void run_replay(const CLI::App& app, const SimOptions& opt) {
   for (const Trajectory& recording : recordings) {
     inputs.emplace_back(recording, ship, opt.hold ? InputInterpolation::hold : InputInterpolation::linear);
     warn_all(inputs.back().notices());
+    if (const auto notice = wind_notice(ship, recording)) warn_all({*notice});
   }
   if (!opt.prediction) {
     warn_all(holes_to_drive_through(recordings[0], grid));
@@ -79,51 +162,14 @@ void run_replay(const CLI::App& app, const SimOptions& opt) {
       const Trajectory truth = replay(ship, recordings[0], inputs[0], grid);
       begin_outputs(opt);
       write_indices(app, opt, ship, every_step, {"replay", 0.0, 0.0, {}, 0.0}, {{"dt_s", grid.dt_s}});
-      return write_result(opt, ship, truth);
+      return write_result(app, opt, ship, truth, paths);
     }
     const Trajectory truth = replay(ship, recordings[0], inputs[0], grid);
     begin_outputs(opt);
-    return write_result(opt, ship, truth);
+    return write_result(app, opt, ship, truth, paths);
   }
 
-  std::size_t sequences = 0;
-  const auto predict = [&](std::size_t i, io::PredictionWriter& writer) {
-    const std::size_t found = replay_sequences(ship, recordings[i], inputs[i], grid, opt.restart_steps, writer);
-    sequences += found;
-    if (found == 0)
-      spdlog::warn("{}: shorter than {} points without a gap; it gives no sequence", recordings[i].file,
-                   opt.restart_steps);
-    if (i + 1 == recordings.size() && sequences == 0)
-      throw InputError(recordings.front().file,
-                       fmt::format("no recording holds {} points {} s apart without a gap; choose fewer "
-                                   "--restart-steps",
-                                   opt.restart_steps, grid.sample_s));
-  };
-  if (opt.output == "-") {
-    inputs_of(opt).keep_from({opt.output});
-    io::PredictionWriter writer("-");
-    for (std::size_t i = 0; i < recordings.size(); ++i) predict(i, writer);
-    return writer.commit();
-  }
-  std::vector<std::string> files;
-  files.reserve(recordings.size());
-  for (const Trajectory& recording : recordings) files.push_back(recording.name + ".csv");
-  io::ResultFolder folder(opt.output, "prediction.json", files, generation_of(opt, ship, grid));
-  inputs_of(opt).keep_from(folder.outputs());
-  folder.begin();
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    io::PredictionWriter writer(folder.path(files[i]));
-    predict(i, writer);
-    writer.commit();
-    folder.add(files[i]);
-  }
-  io::Json summary = prediction_summary(opt, grid);
-  summary["initial_state"] = initial_states.size() == 1 ? *initial_states.begin() : "mixed";
-  std::vector<std::string> inputs_read{ship.file};
-  inputs_read.insert(inputs_read.end(), opt.effects.begin(), opt.effects.end());
-  inputs_read.insert(inputs_read.end(), paths.begin(), paths.end());
-  summary["provenance"] = provenance(app, opt.common, inputs_read);
-  folder.commit(std::move(summary));
+  predict_sequences(app, opt, ship, recordings, inputs, grid, initial_states);
 }
 
 }  // namespace
@@ -179,6 +225,7 @@ void write_indices(const CLI::App& app, const SimOptions& opt, const Ship& ship,
   inputs.insert(inputs.end(), opt.effects.begin(), opt.effects.end());
   inputs.insert(inputs.end(), opt.recordings.begin(), opt.recordings.end());
   json["provenance"] = provenance(app, opt.common, inputs, {"--truth", "--indices", "--noise"});
+  json["provenance"]["ship"] = named(ship);
   io::write_text(opt.indices, io::to_text(json));
   if (!json.contains("indices")) return;
   if (const std::vector<std::string> missing = not_reached(json["indices"]); !missing.empty())
@@ -189,28 +236,53 @@ void write_indices(const CLI::App& app, const SimOptions& opt, const Ship& ship,
 void check_outputs(const SimOptions& opt) {
   if ((opt.output == "-") + (opt.truth == "-") + (opt.indices == "-") > 1)
     throw UsageError("only one of --output, --truth and --indices can be the standard output");
-  inputs_of(opt).keep_from({opt.output, opt.truth, opt.indices});
+  inputs_of(opt).keep_from(
+      {opt.output, opt.truth, opt.indices, io::provenance_path(opt.output), io::provenance_path(opt.truth)});
 }
 
 void begin_outputs(const SimOptions& opt) {
   if (opt.truth.empty() && opt.indices.empty()) return;
-  for (const std::string& path : {opt.output, opt.truth, opt.indices})
-    if (!path.empty()) io::remove_output(path);  // throws where it cannot be written
+  for (const std::string& path : {opt.output, opt.truth})
+    if (!path.empty()) io::remove_described(path);  // throws where it cannot be written
+  if (!opt.indices.empty()) io::remove_output(opt.indices);
 }
 
-void write_result(const SimOptions& opt, const Ship& ship, Trajectory truth) {
+io::Json simulation_provenance(const CLI::App& app, const SimOptions& opt, const Ship& ship,
+                               const std::vector<std::string>& recordings,
+                               const std::vector<std::string>& also_leave_out) {
+  std::vector<std::string> inputs{ship.file};
+  inputs.insert(inputs.end(), opt.effects.begin(), opt.effects.end());
+  if (!opt.schedule.empty()) inputs.push_back(opt.schedule);
+  inputs.insert(inputs.end(), recordings.begin(), recordings.end());
+  if (!opt.columns.empty()) inputs.push_back(io::find_config("columns", opt.columns));
+  if (!opt.noise.empty()) inputs.push_back(io::find_config("noise", opt.noise));
+  io::Json json = provenance(app, opt.common, inputs, also_leave_out);
+  json["ship"] = named(ship);
+  return json;
+}
+
+void write_result(const CLI::App& app, const SimOptions& opt, const Ship& ship, Trajectory truth,
+                  const std::vector<std::string>& recordings) {
   const ObservationNoise noise = opt.noise.empty() ? ObservationNoise{} : read_noise(opt.noise);
   complete_truth(truth, opt.recorded, ship);
-  if (!opt.truth.empty()) io::write_trajectory(opt.truth, truth);
+  const io::Json made_by = simulation_provenance(app, opt, ship, recordings, {"--truth", "--indices"});
+  if (!opt.truth.empty()) io::write_described(opt.truth, io::trajectory_text(truth), made_by);
   Trajectory recording = observed(truth, noise, {opt.common.seed, "observation noise"});
   leave_recorded(recording, opt.recorded);
-  io::write_trajectory(opt.output, recording);
+  io::write_described(opt.output, io::trajectory_text(recording), made_by);
 }
 
 Ship read_ship_with_effects(const SimOptions& opt) {
   Ship ship = read_ship(opt.ship);
-  for (const std::string& file : opt.effects)
-    for (EffectEntry& effect : read_effects(file)) ship.effects.push_back(std::move(effect));
+  std::string added;
+  for (const std::string& file : opt.effects) {
+    require_effect_file(file);
+    for (EffectEntry& effect : read_effects(file)) {
+      added += (added.empty() ? "" : ", ") + effect.type;
+      ship.effects.push_back(std::move(effect));
+    }
+  }
+  if (!added.empty()) ship.name += " with " + added;  // results are of another ship than the file's
   return ship;
 }
 

@@ -82,10 +82,17 @@ void check_outputs(const SimOptions& opt);
 /// Removes the main output of an earlier run where further ones are written: it comes last, and where it lies they are
 /// of its run.
 void begin_outputs(const SimOptions& opt);
-/// The ship, with the effects of --effect.
+/// The ship, with the effects of --effect, by which it has another name.
 Ship read_ship_with_effects(const SimOptions& opt);
-/// The recording of a run, and its truth where that is asked for.
-void write_result(const SimOptions& opt, const Ship& ship, Trajectory truth);
+/// The provenance of a simulation, which names the ship.
+///   recordings  those that were replayed
+io::Json simulation_provenance(const CLI::App& app, const SimOptions& opt, const Ship& ship,
+                               const std::vector<std::string>& recordings,
+                               const std::vector<std::string>& also_leave_out);
+/// The recording of a run, and its truth where that is asked for; beside files their provenance.
+///   recordings  as above
+void write_result(const CLI::App& app, const SimOptions& opt, const Ship& ship, Trajectory truth,
+                  const std::vector<std::string>& recordings = {});
 void write_indices(const CLI::App& app, const SimOptions& opt, const Ship& ship, const Trajectory& every_step,
                    const ManeuverFacts& facts, io::Json conditions);
 

@@ -1,6 +1,7 @@
 #include "control/pd_sweep.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -136,7 +137,8 @@ void run_member(const ensemble::Ensemble& ensemble, const DisturbedMember& run, 
 std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& ensemble,
                                   const std::vector<PdGains>& gains, const HeadingTask& task, int particles,
                                   std::uint64_t seed, std::size_t jobs, bool keep_runs,
-                                  const ensemble::Disturbance& disturbance) {
+                                  const ensemble::Disturbance& disturbance,
+                                  const std::function<void(double)>& progress) {
   for (const Channel channel : ensemble.header().inputs.sampled_actuators())
     if (!knows(ship, channel))
       throw UsageError(
@@ -162,11 +164,19 @@ std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& en
   }
 
   // The true ship by gain pair, then the networks by run with the gain pairs as lanes.
+  std::atomic<std::size_t> done{0};
+  const auto one_more = [&] {
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(gains.size() + driven.size()));
+  };
   Lanes true_lanes(ship, gains, task, keep_runs);
-  parallel_for(gains.size(), jobs, [&](std::size_t lane) { run_true_ship(ship, task, lane, steps, true_lanes); });
+  parallel_for(gains.size(), jobs, [&](std::size_t lane) {
+    run_true_ship(ship, task, lane, steps, true_lanes);
+    one_more();
+  });
   std::vector<Lanes> lanes(driven.size(), Lanes(ship, gains, task, keep_runs));
   parallel_for(driven.size(), jobs, [&](std::size_t i) {
     run_member(ensemble, driven[i], task, disturbance, seed, gains.size(), steps, lanes[i]);
+    one_more();
   });
 
   std::vector<SweepResult> results(gains.size());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -49,12 +50,14 @@ struct SweepResult {
 /// all gains; a member's score and run are then those of its first particle, or of a run without one where it has no
 /// particle.
 ///   L_PD = integral over the task of |psi - psi_bar| + |r| dt, psi and r in rad and rad/s (trapezoidal)
+///   progress  told the share of the runs that is done, by any thread
 /// Throws UsageError if the ensemble's actuators are not those of the ship or if the duration (and, where runs are
 /// kept, 1 s) is no multiple of the time step; NumericalError if a run is no finite number.
 std::vector<SweepResult> pd_sweep(const Ship& ship, const ensemble::Ensemble& ensemble,
                                   const std::vector<PdGains>& gains, const HeadingTask& task, int particles,
                                   std::uint64_t seed, std::size_t jobs, bool keep_runs,
-                                  const ensemble::Disturbance& disturbance = {});
+                                  const ensemble::Disturbance& disturbance = {},
+                                  const std::function<void(double)>& progress = nullptr);
 
 /// "5:100:5": from 5 to 100 in steps of 5, both ends included; "60": one value; "20,40": a list. Throws UsageError.
 std::vector<double> parse_gain_range(const std::string& option, const std::string& text);

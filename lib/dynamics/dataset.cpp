@@ -1,6 +1,7 @@
 #include "dynamics/dataset.hpp"
 
 #include <algorithm>
+#include <atomic>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -40,7 +41,7 @@ io::Json listed_sets(const DatasetSpec& spec, const std::vector<PlacedRun>& plac
 }  // namespace
 
 void generate_dataset(const DatasetSpec& spec, const std::string& folder, std::uint64_t seed, std::size_t jobs,
-                      const io::Json& provenance) {
+                      const io::Json& provenance, const std::function<void(double)>& progress) {
   const std::vector<PlacedRun> places = placed_runs(spec, seed);
   std::vector<std::string> files;
   for (const PlacedRun& place : places)
@@ -52,6 +53,7 @@ void generate_dataset(const DatasetSpec& spec, const std::string& folder, std::u
   results.begin();
   for (const DatasetSpec::Set& set : spec.sets) io::make_directories(results.path(set.name + "/truth"));
   std::vector<io::Json> notes(places.size());
+  std::atomic<std::size_t> done{0};
   parallel_for(places.size(), jobs, [&](std::size_t i) {
     SimulatedRun run = simulate_run(spec, places[i].run, seed, i);
     notes[i] = std::move(run.notes);
@@ -60,6 +62,7 @@ void generate_dataset(const DatasetSpec& spec, const std::string& folder, std::u
     leave_recorded(recording, spec.recorded);
     results.write(file_of(spec, places[i], "truth/"), io::trajectory_text(run.truth));
     results.write(file_of(spec, places[i], ""), io::trajectory_text(recording));
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(places.size()));
   });
   for (std::size_t s = 0; s < spec.sets.size(); ++s) {
     if (!has_notes(spec.sets[s])) continue;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -81,7 +82,8 @@ std::vector<std::size_t> share_samples(std::size_t total, std::size_t count, Ran
 /// of a set's runs (plan of a pilot, unrecorded physics, winds of a replay) <folder>/<set>/truth/runs.json and, last,
 /// <folder>/dataset.json. Each run has its own random streams by its place in the specification: the bytes do not
 /// depend on `jobs`. Throws IoError, NumericalError with the run's name.
+///   progress  told the share of the runs that is done, by any thread
 void generate_dataset(const DatasetSpec& spec, const std::string& folder, std::uint64_t seed, std::size_t jobs,
-                      const io::Json& provenance);
+                      const io::Json& provenance, const std::function<void(double)>& progress = nullptr);
 
 }  // namespace leeway

@@ -67,25 +67,47 @@ void print_sources(Text& text, const Ship& ship) {
 
 // Each coefficient with its 95 % interval and where value and interval come from.
 void print_coefficients(Text& text, const Ship& ship) {
-  constexpr double kNormal95 = 1.959963985;
-  const CoefficientLaw law = coefficient_law(ship);
-  const std::vector<Coefficient> known = Model<double>(ship).coefficients();
   print(text,
         "\ncoefficients: value, 95 % interval (of a group: of its factor), source; * the interval is the module's "
         "default\n");
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    const UncertainCoefficient& c = law.coefficients[i];
-    const double width =
-        kNormal95 * std::sqrt(law.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
-    const double value = known[i].value.value_or(1.0);
-    double low = c.is_absolute ? value - width : value * std::exp(-width);
-    double high = c.is_absolute ? value + width : value * std::exp(width);
-    if (low > high) std::swap(low, high);
-    const auto own = ship.coefficient_sources.find(known[i].name);
-    print(text, "  {:<26} {:>10} {:>10.4g} .. {:<10.4g}{} {}\n", known[i].name,
-          known[i].value ? fmt::format("{:.4g}", value) : "x 1", low, high, c.is_stated ? " " : "*",
-          own == ship.coefficient_sources.end() ? std::string(known[i].reference) : own->second);
+  for (const ReportedCoefficient& c : reported_coefficients(ship))
+    print(text, "  {:<26} {:>10} {:>10.4g} .. {:<10.4g}{} {}\n", c.name,
+          c.value ? fmt::format("{:.4g}", *c.value) : "x 1", c.low, c.high, c.is_stated ? " " : "*", c.source);
+}
+
+// What the file changes of the coefficients that its modules state; the values above have it.
+void print_changes(Text& text, const Ship& ship) {
+  if (ship.coefficient_factors.empty()) return;
+  print(text, "\nchanged coefficients: the values above are those of the modules times this factor, plus this shift\n");
+  for (const CoefficientFactor& by : ship.coefficient_factors)
+    print(text, "  {:<26} x {:.6g}{}\n", by.name, by.factor,
+          by.shift == 0.0 ? "" : fmt::format(" {} {:.4g}", by.shift < 0.0 ? "-" : "+", std::abs(by.shift)));
+}
+
+void print_joint_uncertainty(Text& text, const Ship& ship) {
+  if (!ship.coefficient_covariance) return;
+  const Ship::JointUncertainty& joint = *ship.coefficient_covariance;
+  print(text, "\nposterior (coefficient_covariance): standard deviation of the logarithm, * of the value\n");
+  for (std::size_t i = 0; i < joint.names.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    print(text, "  {:<26} {:>10.4g}{}\n", joint.names[i], std::sqrt(joint.matrix(k, k)),
+          ship.is_absolute(joint.names[i]) ? " *" : "");
   }
+  const std::vector<Correlation> correlations = strongest_correlations(joint);
+  print(text, "  strongest correlations{}\n", correlations.empty() ? ": none of 0.1 or more" : "");
+  for (const Correlation& c : correlations) print(text, "    {:+.2f}  {} and {}\n", c.value, c.a, c.b);
+}
+
+void print_residual_network(Text& text, const Ship& ship) {
+  if (!ship.residual_network) return;
+  const ResidualNetwork& network = *ship.residual_network;
+  print(text, "\nresidual network: accelerations that it adds, whole within this domain\n  layers        ");
+  for (const ResidualNetwork::Layer& layer : network.layers)
+    print(text, "{} x {}; ", layer.weights.rows(), layer.weights.cols());
+  print(text, "outputs by inputs\n");
+  for (const ResidualNetwork::Input& input : network.inputs)
+    print(text, "  {:<14}{:g} .. {:g}\n", input.name, input.low, input.high);
+  print(text, "  source        {}\n", network.source);
 }
 
 void print_effects(Text& text, const Ship& ship) {
@@ -122,6 +144,40 @@ void print_if_possible(Text& text, const Ship& ship, const Compute& compute) {
 
 }  // namespace
 
+std::vector<ReportedCoefficient> reported_coefficients(const Ship& ship) {
+  constexpr double kNormal95 = 1.959963985;
+  const CoefficientLaw law = coefficient_law(ship);
+  const std::vector<Coefficient> known = Model<double>(ship).coefficients();
+  std::vector<ReportedCoefficient> result;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const UncertainCoefficient& c = law.coefficients[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double width = kNormal95 * std::sqrt(law.covariance(k, k));
+    const double value = known[i].value.value_or(1.0);
+    const double low = c.is_absolute ? value - width : value * std::exp(-width);
+    const double high = c.is_absolute ? value + width : value * std::exp(width);
+    const auto own = ship.coefficient_sources.find(known[i].name);
+    result.push_back({known[i].name, known[i].value, std::min(low, high), std::max(low, high), c.is_stated,
+                      c.is_absolute,
+                      own == ship.coefficient_sources.end() ? std::string(known[i].reference) : own->second});
+  }
+  return result;
+}
+
+std::vector<Correlation> strongest_correlations(const Ship::JointUncertainty& joint, std::size_t most) {
+  constexpr double kWeakest = 0.1;
+  std::vector<Correlation> result;
+  for (Eigen::Index i = 0; i < joint.matrix.rows(); ++i)
+    for (Eigen::Index j = i + 1; j < joint.matrix.cols(); ++j) {
+      const double value = joint.matrix(i, j) / std::sqrt(joint.matrix(i, i) * joint.matrix(j, j));
+      if (std::abs(value) >= kWeakest)
+        result.push_back({joint.names[static_cast<std::size_t>(i)], joint.names[static_cast<std::size_t>(j)], value});
+    }
+  std::ranges::stable_sort(result, [](const auto& a, const auto& b) { return std::abs(a.value) > std::abs(b.value); });
+  if (result.size() > most) result.resize(most);
+  return result;
+}
+
 std::string ship_list() {
   const std::vector<std::string> names = io::config_names("ships");
   std::size_t width = 4;
@@ -142,6 +198,9 @@ std::string ship_report(const Ship& ship) {
   print_actuators(text, ship);
   print_sources(text, ship);
   print_coefficients(text, ship);
+  print_changes(text, ship);
+  print_joint_uncertainty(text, ship);
+  print_residual_network(text, ship);
   print_effects(text, ship);
   print(text, "\nstraight run: v_m = r = 0, rudders amidships, thrusters idle, calm air{}\n",
         ship.effects.empty() ? "" : ", effects on coefficients alone");

@@ -4,8 +4,10 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/errors.hpp"
+#include "core/similar_words.hpp"
 #include "effects/description.hpp"
 
 namespace leeway {
@@ -59,6 +61,12 @@ std::string paragraph(std::string_view text) {
 
 }  // namespace
 
+std::vector<std::string> effect_names() {
+  std::vector<std::string> names;
+  for (const EffectDescription& effect : effect_catalogue()) names.emplace_back(effect.info.name);
+  return names;
+}
+
 std::string catalogue_text(const std::string& name) {
   std::string text;
   for (const EffectDescription& effect : effect_catalogue()) {
@@ -77,10 +85,9 @@ std::string catalogue_text(const std::string& name) {
                         i.search == SearchStart::none ? "  gap tools               do not try it\n" : "");
   }
   if (text.empty()) {
-    std::string known;
-    for (const EffectDescription& effect : effect_catalogue())
-      known += (known.empty() ? "" : ", ") + std::string(effect.info.name);
-    throw UsageError(fmt::format("no effect '{}'; known: {}", name, known));
+    const std::vector<std::string> known = effect_names();
+    throw UsageError(
+        fmt::format("no effect '{}'; known: {}{}", name, fmt::join(known, ", "), did_you_mean(name, known)));
   }
   return text;
 }

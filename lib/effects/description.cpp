@@ -4,17 +4,24 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/errors.hpp"
+#include "core/similar_words.hpp"
 
 namespace leeway {
 namespace {
 
 template <typename Range, typename Name>
-std::string names(const Range& range, const Name& name) {
-  std::string text;
-  for (const auto& item : range) text += (text.empty() ? "" : ", ") + std::string(name(item));
-  return text;
+std::vector<std::string> names(const Range& range, const Name& name) {
+  std::vector<std::string> result;
+  for (const auto& item : range) result.emplace_back(name(item));
+  return result;
+}
+
+// The known words, and the one that may have been meant.
+std::string listed(const std::vector<std::string>& known, const std::string& found) {
+  return fmt::format("{}{}", fmt::join(known, ", "), did_you_mean(found, known));
 }
 
 std::string expected_range(const EffectParameter& p) {
@@ -111,14 +118,14 @@ std::optional<EffectValues> effect_values(const EffectEntry& entry) {
   if (!type)
     throw InputError(entry.file, 0, entry.pointer + "/type",
                      fmt::format("unknown effect '{}'; known: {}", entry.type,
-                                 names(catalogue, [](const auto& e) { return e.info.name; })));
+                                 listed(names(catalogue, [](const auto& e) { return e.info.name; }), entry.type)));
   const EffectDescription& found = catalogue[*type];
   for (const auto& given : entry.parameters)
     if (std::none_of(found.parameters.begin(), found.parameters.end(),
                      [&](const auto& p) { return p.name == given.first; }))
       throw InputError(entry.file, 0, entry.pointer + "/" + given.first,
                        fmt::format("unknown key; the effect '{}' has {}", entry.type,
-                                   names(found.parameters, [](const auto& p) { return p.name; })));
+                                   listed(names(found.parameters, [](const auto& p) { return p.name; }), given.first)));
 
   EffectValues result{*type, {}};
   bool is_off = false;

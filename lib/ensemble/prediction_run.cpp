@@ -40,7 +40,7 @@ std::vector<SequenceTask> sequences_of(const std::vector<Samples>& stretches, Ei
 
 void write_predictions(const std::vector<SequenceTask>& tasks, std::size_t particles, std::size_t jobs,
                        const std::function<SequencePredictor()>& make_predictor, io::PredictionWriter& writer,
-                       PredictionReport& report) {
+                       PredictionReport& report, const std::function<void(std::size_t)>& progress) {
   const std::size_t threads = std::max<std::size_t>(1, std::min(jobs, tasks.size()));
   std::size_t longest = 1;
   for (const SequenceTask& task : tasks) longest = std::max(longest, static_cast<std::size_t>(task.range.size));
@@ -69,6 +69,7 @@ void write_predictions(const std::vector<SequenceTask>& tasks, std::size_t parti
             "stay in the prediction",
             task.samples->recording, task.sequence, prediction.out_of_bounds, prediction.first_out_of_bounds_s));
       }
+    if (progress) progress(std::min(threads * together, left.size()));
   }
   report.sequences += tasks.size();
 }

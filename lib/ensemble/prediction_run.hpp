@@ -27,8 +27,9 @@ using SequencePredictor = std::function<std::vector<SequencePrediction>(std::spa
 /// thread a million states of particles or one sequence.
 ///   particles       of a sequence
 ///   make_predictor  called once for each thread
+///   progress        told how many sequences more are done
 void write_predictions(const std::vector<SequenceTask>& tasks, std::size_t particles, std::size_t jobs,
                        const std::function<SequencePredictor()>& make_predictor, io::PredictionWriter& writer,
-                       PredictionReport& report);
+                       PredictionReport& report, const std::function<void(std::size_t)>& progress = nullptr);
 
 }  // namespace leeway::ensemble

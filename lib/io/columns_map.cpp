@@ -188,20 +188,22 @@ void check_clocks(const JsonObject& json, const ColumnsMap& map) {
   if (map.sample_interval_s) json.fail("t_s", "stands beside /file/sample_interval_s; expected one of the two");
 }
 
-// What the frame, the position and derived channels need.
+// What the frame, the position and derived channels need. A file with a header may have it under leeway's own name, so
+// that whoever reads it looks for it.
 void check_complete(const JsonObject& json, const ColumnsMap& map) {
   const auto is_there = [&](Channel channel) { return map.source_of(channel) != nullptr; };
   for (const ColumnsMap::Derivation& derivation : map.derived) {
     const std::string key = column_name(derivation.channel);
     if (is_there(derivation.channel)) json.fail(key, "is derived and has a column as well; expected one of the two");
-    if (!is_there(derivation.of))
+    if (!is_there(derivation.of) && !map.form.has_header)
       json.fail(key, fmt::format("is derived from {}, which has no column", column_name(derivation.of)));
   }
   const bool derives_velocity = map.derives(Channel::u) || map.derives(Channel::vm);
   if (derives_velocity && map.derives(Channel::u) != map.derives(Channel::vm))
     json.fail(map.derives(Channel::u) ? "u_mps" : "vm_mps",
               "u_mps and vm_mps are derived both or not at all: a position's derivative has the earth's axes");
-  if ((derives_velocity || map.velocity_frame != VelocityFrame::ship) && !is_there(Channel::psi))
+  if ((derives_velocity || map.velocity_frame != VelocityFrame::ship) && !is_there(Channel::psi) &&
+      !map.form.has_header)
     json.fail("psi_deg", "missing: the heading turns velocities over ground into those along the ship");
   if (map.position == PositionForm::latitude_longitude && is_there(Channel::x0) != is_there(Channel::y0))
     json.fail(is_there(Channel::x0) ? "longitude_deg" : "latitude_deg", "missing: a position has both");

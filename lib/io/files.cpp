@@ -19,6 +19,7 @@
 #include <openssl/evp.h>
 
 #include "core/errors.hpp"
+#include "core/similar_words.hpp"
 
 namespace leeway::io {
 namespace fs = std::filesystem;
@@ -198,8 +199,9 @@ std::string find_config(const std::string& folder, const std::string& name_or_pa
   if (looks_like_path || name_or_path == "-" || fs::is_regular_file(name_or_path, error)) return name_or_path;
   const fs::path shipped = fs::path(configs_folder()) / folder / (name_or_path + ".json");
   if (fs::exists(shipped, error)) return shipped.string();
-  throw UsageError(fmt::format("no file '{}', and no shipped configuration of that name in configs/{}; shipped: {}",
-                               name_or_path, folder, fmt::join(config_names(folder), ", ")));
+  const std::vector<std::string> names = config_names(folder);
+  throw UsageError(fmt::format("no file '{}', and no shipped configuration of that name in configs/{}; shipped: {}{}",
+                               name_or_path, folder, fmt::join(names, ", "), did_you_mean(name_or_path, names)));
 }
 
 OutputFile::OutputFile(const std::string& path) : path_(path) {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "core/similar_words.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
 #include "io/json_check.hpp"
@@ -40,30 +41,6 @@ double within_bounds(Bounds bounds) {
 
 bool within(double x, Bounds bounds) {
   return std::isfinite(x) && x >= bounds.low && x <= bounds.high && !(bounds.open_low && x == bounds.low);
-}
-
-// Letters to change, take out or put in to make one word of the other; upper and lower case are the same.
-std::size_t edits(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t same = diagonal + (lower(a[i]) == lower(b[j]) ? 0 : 1);
-      diagonal = std::exchange(row[j + 1], std::min({row[j + 1] + 1, row[j] + 1, same}));
-    }
-  }
-  return row[b.size()];
-}
-
-// Whether one word is the other but for a slip: few letters, or a unit at the end that one of them lacks.
-bool is_like(std::string_view a, std::string_view b) {
-  constexpr std::size_t kLongest = 64;
-  if (a.empty() || b.empty() || a.size() > kLongest || b.size() > kLongest) return false;
-  if (a.size() > b.size()) std::swap(a, b);
-  if (b.starts_with(a) && b[a.size()] == '_') return true;
-  return edits(a, b) <= (a.size() < 4 ? 1 : a.size() < 8 ? 2 : 3) && edits(a, b) < a.size();
 }
 
 }  // namespace
@@ -113,9 +90,11 @@ const Json* JsonObject::find(const std::string& key, const std::string& expected
   if (has(key)) return &(*value_)[key];
   if (is_absent_) return nullptr;
   std::string problem = missing_value(expected);
+  std::vector<std::string> others;
   for (const auto& item : value_->items())
-    if (!asked_.contains(item.key()) && is_like(item.key(), key))
-      problem += fmt::format(" (is '{}' meant?)", item.key());
+    if (!asked_.contains(item.key())) others.push_back(item.key());
+  if (const std::vector<std::string> like = similar_words(key, others); !like.empty())
+    problem += fmt::format(" (is '{}' meant?)", like.front());
   if (!missing_) fail(key, problem);
   missing_->push_back({pointer(key), problem});
   return nullptr;
@@ -192,7 +171,7 @@ std::string JsonObject::word(const std::string& key, const std::vector<std::stri
   }
   std::string found = text(key);
   if (std::find(words.begin(), words.end(), found) == words.end())
-    fail(key, fmt::format("unknown '{}'; known: {}", found, fmt::join(words, ", ")));
+    fail(key, fmt::format("unknown '{}'; known: {}{}", found, fmt::join(words, ", "), did_you_mean(found, words)));
   return found;
 }
 
@@ -269,12 +248,9 @@ const Json& JsonObject::value(const std::string& key) const {
 
 void JsonObject::check_all_known() const {
   for (const auto& item : value_->items())
-    if (!asked_.contains(item.key())) {
-      const auto like = std::ranges::find_if(
-          asked_, [&](const std::string& key) { return !value_->contains(key) && is_like(item.key(), key); });
-      const std::string meant = like == asked_.end() ? "" : fmt::format("; did you mean '{}'?", *like);
-      fail(item.key(), fmt::format("unknown key; known here: {}{}", fmt::join(asked_, ", "), meant));
-    }
+    if (!asked_.contains(item.key()))
+      fail(item.key(), fmt::format("unknown key; known here: {}{}", fmt::join(asked_, ", "),
+                                   did_you_mean(item.key(), {asked_.begin(), asked_.end()})));
 }
 
 }  // namespace leeway::io

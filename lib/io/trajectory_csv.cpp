@@ -29,6 +29,9 @@ struct ReadColumn {
   bool is_latitude = false;
 };
 
+constexpr std::array kWinds{std::pair{Channel::wind_speed, Channel::wind_dir},
+                            std::pair{Channel::app_wind_speed, Channel::app_wind_dir}};
+
 // Reads the rows of one recording.
 class RecordingReader {
  public:
@@ -37,16 +40,19 @@ class RecordingReader {
     trajectory_.name = stem(path);
     trajectory_.file = path;
     taken_by_.fill(kNoColumn);
-    if (map != nullptr)
+    if (map != nullptr) {
       find_mapped_columns(*map);
-    else
+      if (csv_.form().has_header) find_unnamed_columns(*map);
+    } else {
       find_own_columns();
+    }
     for (std::size_t i = 0; i < csv_.header().size(); ++i) {
       if (is_used_[i] || !csv_.form().has_header || csv_.header()[i].empty()) continue;
       trajectory_.ignored_columns.push_back(csv_.header()[i]);
       if (keep_unknown) kept_.push_back(i);
     }
     check_columns();
+    if (map != nullptr) check_sources(*map);
     find_marks();
   }
 
@@ -96,6 +102,50 @@ class RecordingReader {
     }
   }
 
+  // Whether a channel that a map does not name may stand in a column of leeway's own name: not where the map says how
+  // else it comes about, nor where the file's axes are others than those that the name means.
+  static bool may_be_unnamed(const ColumnsMap& map, Channel channel) {
+    if (map.source_of(channel) != nullptr || map.derives(channel)) return false;
+    switch (channel) {
+      case Channel::t:
+        return !map.clock && !map.sample_interval_s;
+      case Channel::u:
+      case Channel::vm:
+        return map.velocity_frame == VelocityFrame::ship;
+      case Channel::x0:
+      case Channel::y0:
+        return map.position == PositionForm::plane;
+      default:
+        return true;
+    }
+  }
+
+  // The channels that a map leaves out, by leeway's own names. Half a wind is none.
+  void find_unnamed_columns(const ColumnsMap& map) {
+    const std::vector<std::string>& header = csv_.header();
+    std::vector<std::pair<std::size_t, KnownColumn>> unnamed;
+    for (std::size_t i = 0; i < header.size(); ++i) {
+      const auto known = is_used_[i] ? std::nullopt : known_column(header[i]);
+      if (known && may_be_unnamed(map, known->channel)) unnamed.emplace_back(i, *known);
+    }
+    const auto comes = [&](Channel channel) {
+      return has(channel) || std::ranges::any_of(unnamed, [&](const auto& c) { return c.second.channel == channel; });
+    };
+    for (const auto& [speed, direction] : kWinds)
+      if (comes(speed) != comes(direction))
+        std::erase_if(unnamed,
+                      [&](const auto& c) { return c.second.channel == speed || c.second.channel == direction; });
+    for (const auto& [field, column] : unnamed) take(column.channel, field, column.unit, column.unit.factor, 0.0);
+    for (std::size_t i = 0; i < header.size(); ++i)
+      for (std::size_t d = 0; d < flags_.size(); ++d) {
+        const bool is_of_unnamed = std::ranges::any_of(
+            unnamed, [&](const auto& c) { return c.second.channel == kDerivableChannels[d].channel; });
+        if (is_used_[i] || !is_of_unnamed || header[i] != kDerivableChannels[d].flag) continue;
+        is_used_[i] = true;
+        columns_.push_back({&flags_[d], *unit_of(Quantity::ratio, ""), 1.0, 0.0, i});
+      }
+  }
+
   // The field that a map's column stands in.
   std::size_t field_of(const ColumnReference& from) const {
     const std::vector<std::string>& header = csv_.header();
@@ -117,9 +167,13 @@ class RecordingReader {
     return static_cast<std::size_t>(found - header.begin());
   }
 
+  // Over ground into those along the ship, by the heading.
+  static bool turns_velocities(const ColumnsMap& map) {
+    return map.velocity_frame != VelocityFrame::ship || map.derives(Channel::u);
+  }
+
   // A map may name more than each of its files has, but not what the others need.
   static bool is_needed(const ColumnsMap& map, Channel channel) {
-    const bool turns = map.velocity_frame != VelocityFrame::ship || map.derives(Channel::u);
     const bool is_on_earth = map.position == PositionForm::latitude_longitude;
     switch (channel) {
       case Channel::t:
@@ -128,7 +182,7 @@ class RecordingReader {
       case Channel::r:
         return true;
       case Channel::psi:
-        return turns || map.derives(Channel::r);
+        return turns_velocities(map) || map.derives(Channel::r);
       case Channel::x0:
       case Channel::y0:
         return is_on_earth || map.derives(Channel::u);
@@ -186,13 +240,26 @@ class RecordingReader {
       throw InputError(csv_.file(), 1, "",
                        fmt::format("no column '{}'; found {}", column_name(channel), listed(csv_.header())));
     }
-    for (const auto& [speed, direction] :
-         {std::pair{Channel::wind_speed, Channel::wind_dir}, std::pair{Channel::app_wind_speed, Channel::app_wind_dir}})
+    for (const auto& [speed, direction] : kWinds)
       if (has(speed) != has(direction))
         throw InputError(
             csv_.file(), 1, "",
             fmt::format("column '{}' without '{}': a wind needs both", column_name(has(speed) ? speed : direction),
                         column_name(has(speed) ? direction : speed)));
+  }
+
+  // What derived channels and other axes are computed from.
+  void check_sources(const ColumnsMap& map) const {
+    for (const ColumnsMap::Derivation& derivation : map.derived)
+      if (!has(derivation.of))
+        throw InputError(csv_.file(), csv_.line(), "",
+                         fmt::format("{} is derived from {}, which neither the columns map nor the file has",
+                                     column_name(derivation.channel), column_name(derivation.of)));
+    if (turns_velocities(map) && !has(Channel::psi))
+      throw InputError(
+          csv_.file(), csv_.line(), "",
+          "neither the columns map nor the file has psi_deg: the heading turns velocities over ground into "
+          "those along the ship");
   }
 
   static std::string derived_from(Channel channel) {

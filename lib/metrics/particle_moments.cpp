@@ -93,7 +93,8 @@ Eigen::Matrix3d ParticleMoments::covariance() const {
   return comoment_ / static_cast<double>(count_);
 }
 
-std::vector<PredictedRecording> read_prediction(const std::string& path, const std::set<std::string>& known) {
+std::vector<PredictedRecording> read_prediction(const std::string& path, const std::set<std::string>& known,
+                                                bool may_be_empty) {
   io::PredictionReader reader(path);
   std::map<std::string, PredictedRecording, std::less<>> recordings;
   PredictedRecording* recording = nullptr;
@@ -121,7 +122,8 @@ std::vector<PredictedRecording> read_prediction(const std::string& path, const s
     add_row(*sequence, row, reader.csv());
     recording->members.insert(row.member);
   }
-  if (recordings.empty()) throw InputError(path, reader.csv().line() + 1, "", "no data row below the header");
+  if (recordings.empty() && !may_be_empty)
+    throw InputError(path, reader.csv().line() + 1, "", "no data row below the header");
   std::vector<PredictedRecording> result;
   for (auto& [name, found] : recordings) {
     for (const auto& [number, one] : found.sequences) check_complete(found, number, one);

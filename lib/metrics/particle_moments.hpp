@@ -65,6 +65,8 @@ struct PredictedRecording {
 ///   known  names of the recordings with a truth
 /// Throws InputError for a recording that is not known, two times for one step, times that do not increase, a particle
 /// that comes twice at a step or not at all (so that the tail of a broken stream does not pass), or no row at all.
-std::vector<PredictedRecording> read_prediction(const std::string& path, const std::set<std::string>& known);
+///   may_be_empty  a file without a row gives no recording
+std::vector<PredictedRecording> read_prediction(const std::string& path, const std::set<std::string>& known,
+                                                bool may_be_empty = false);
 
 }  // namespace leeway

@@ -84,6 +84,13 @@ std::vector<std::string> notices(const Evaluation& evaluation) {
   const std::vector<std::string> ignored(names.begin(), names.end());
   if (!ignored.empty())
     result.push_back(fmt::format("columns that no tool knows are ignored: {}", io::listed(ignored)));
+  if (!evaluation.empty_files.empty())
+    result.push_back(fmt::format("{} of the files of predictions have no row and are skipped: {}",
+                                 evaluation.empty_files.size(), io::listed(evaluation.empty_files)));
+  if (!evaluation.not_predicted.empty())
+    result.push_back(fmt::format(
+        "{} of {} recordings have no predicted sequence, as where they are shorter than one, and are in no figure: {}",
+        evaluation.not_predicted.size(), evaluation.in_predicted_sets, io::listed(evaluation.not_predicted)));
   const Scores& all = evaluation.overall;
   if (all.missing_truth > 0)
     result.push_back(fmt::format("{} of {} points have no truth (missing samples) and are in no figure",
@@ -92,9 +99,15 @@ std::vector<std::string> notices(const Evaluation& evaluation) {
 }
 
 io::Json to_json(const Evaluation& evaluation) {
-  io::Json datasets = io::Json::array();
+  io::Json datasets = io::Json::array(), recordings = io::Json::array();
   for (const Scores& dataset : evaluation.datasets) datasets.push_back(to_json(dataset));
-  return {{"datasets", datasets}, {"overall", to_json(evaluation.overall)}};
+  for (std::size_t i = 0; i < evaluation.recordings.size(); ++i) {
+    io::Json recording = to_json(evaluation.of_recording[i]);
+    recording.erase("units");  // those of the data sets
+    recording["set"] = evaluation.recordings[i].set;
+    recordings.push_back(std::move(recording));
+  }
+  return {{"datasets", datasets}, {"overall", to_json(evaluation.overall)}, {"recordings", recordings}};
 }
 
 std::string per_step_text(const Evaluation& evaluation) {
@@ -133,12 +146,17 @@ std::string per_step_text(const Evaluation& evaluation) {
 }
 
 std::string summary_text(const Evaluation& evaluation) {
+  std::string text;
   std::size_t width = 8;
-  for (const Scores& s : evaluation.datasets) width = std::max(width, s.name.size());
-  std::string text =
-      fmt::format("{:<{}} {:>9} {:>5} {:>9} {:>11} {:>11} {:>8} {:>13} {:>9} {:>11} {:>9} {:>9} {:>10} {:>8}\n", "set",
-                  width, "sequences", "K", "particles", "L_eucl", "L_maha", "(honest)", "50/90/99 % in", "undefined",
-                  "correlation", "u [m/s]", "vm [m/s]", "r [deg/s]", "pos [m]");
+  const auto header = [&](const std::string& of, const std::vector<Scores>& scores) {
+    width = 8;
+    for (const Scores& s : scores) width = std::max(width, s.name.size());
+    width = std::max(width, of.size());
+    fmt::format_to(std::back_inserter(text),
+                   "{:<{}} {:>9} {:>5} {:>9} {:>11} {:>11} {:>8} {:>13} {:>9} {:>11} {:>9} {:>9} {:>10} {:>8}\n", of,
+                   width, "sequences", "K", "particles", "L_eucl", "L_maha", "(honest)", "50/90/99 % in", "undefined",
+                   "correlation", "u [m/s]", "vm [m/s]", "r [deg/s]", "pos [m]");
+  };
   const auto shown = [](double x, const char* format) {
     return !std::isfinite(x) ? std::string("-") : fmt::format(fmt::runtime(format), x);
   };
@@ -154,6 +172,9 @@ std::string summary_text(const Evaluation& evaluation) {
         shown(s.maha_undefined_fraction, "{:.3f}"), shown(s.correlation, "{:.3f}"), shown(s.rmse(0), "{:.4f}"),
         shown(s.rmse(1), "{:.4f}"), shown(rad_to_deg(s.rmse(2)), "{:.4f}"), shown(s.rmse_position, "{:.3f}"));
   };
+  header("recording", evaluation.of_recording);
+  for (const Scores& s : evaluation.of_recording) line(s);
+  header("set", evaluation.datasets);
   for (const Scores& s : evaluation.datasets) line(s);
   line(evaluation.overall);
   fmt::format_to(std::back_inserter(text), "laid beside: {}; initial states: {}\n", evaluation.overall.against,

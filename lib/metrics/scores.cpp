@@ -310,12 +310,21 @@ Evaluation evaluate(const PredictionSource& source, const std::map<std::string, 
   for (const auto& [name, truth] : truths) known.insert(name);
   std::vector<std::vector<PredictedRecording>> of_file(source.files.size());
   parallel_for(of_file.size(), options.jobs, [&](std::size_t i) {
-    of_file[i] = read_prediction(source.files[i].path, known);
+    of_file[i] = read_prediction(source.files[i].path, known, source.files.size() > 1);
     for (PredictedRecording& recording : of_file[i]) {
       recording.sampling = source.files[i].sampling;
       recording.initial_state = source.files[i].initial_state;
     }
   });
+
+  Evaluation evaluation;
+  for (std::size_t i = 0; i < of_file.size(); ++i)
+    if (of_file[i].empty()) evaluation.empty_files.push_back(source.files[i].path);
+  if (evaluation.empty_files.size() == of_file.size())
+    throw InputError(evaluation.empty_files.front(),
+                     fmt::format("no data row below the header, and so in all {} files of predictions: no recording "
+                                 "holds a sequence",
+                                 of_file.size()));
 
   // By set, then by name: the order of all sums, whatever the order of the arguments.
   std::map<std::pair<std::string, std::string>, const PredictedRecording*> sorted;
@@ -329,7 +338,6 @@ Evaluation evaluate(const PredictionSource& source, const std::map<std::string, 
   std::vector<const PredictedRecording*> predictions;
   for (const auto& [key, recording] : sorted) predictions.push_back(recording);
 
-  Evaluation evaluation;
   HonestDistances honest;
   evaluation.recordings.resize(predictions.size());
   parallel_for(predictions.size(), options.jobs, [&](std::size_t i) {
@@ -340,6 +348,17 @@ Evaluation evaluate(const PredictionSource& source, const std::map<std::string, 
   });
 
   const std::span<const RecordingScores> all(evaluation.recordings);
+  std::set<std::string> predicted, sets;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    predicted.insert(all[i].name);
+    sets.insert(all[i].set);
+    evaluation.of_recording.push_back(summarize(all[i].name, all.subspan(i, 1)));
+  }
+  for (const auto& [name, truth] : truths) {
+    if (!sets.contains(truth.set)) continue;
+    ++evaluation.in_predicted_sets;
+    if (!predicted.contains(name)) evaluation.not_predicted.push_back(name);
+  }
   for (std::size_t begin = 0; begin < all.size();) {
     std::size_t end = begin;
     while (end < all.size() && all[end].set == all[begin].set) ++end;

@@ -115,8 +115,13 @@ Scores summarize(const std::string& name, std::span<const RecordingScores> recor
 
 struct Evaluation {
   std::vector<RecordingScores> recordings;  ///< by set and name
+  std::vector<Scores> of_recording;         ///< the figures of each of them, in this order
   std::vector<Scores> datasets;             ///< by name
   Scores overall;
+  std::vector<std::string> empty_files;  ///< predictions without a row: of recordings shorter than a sequence
+  /// Recordings that nothing predicts, of sets of which others are predicted; and how many such sets have.
+  std::vector<std::string> not_predicted;
+  std::size_t in_predicted_sets = 0;
 };
 
 /// A file that predictions are laid beside: RecordingFile::truth, whatever its states are.
@@ -145,8 +150,9 @@ struct PredictionSource {
 /// prediction.json. Throws InputError for a folder without any.
 PredictionSource find_predictions(const std::vector<std::string>& arguments);
 
-/// Reads predictions and those truths that they need, a file per thread at a time, and scores them. Throws InputError
-/// for a recording without truth and for one that two files predict.
+/// Reads predictions and those truths that they need, a file per thread at a time, and scores them. Files without a row
+/// are passed over. Throws InputError for a recording without truth, for one that two files predict, and where no file
+/// has a row.
 Evaluation evaluate(const PredictionSource& source, const std::map<std::string, Reference>& truths,
                     const ScoreOptions& options);
 
@@ -162,7 +168,7 @@ io::Json to_json(const Evaluation& evaluation);
 /// One CSV row per recording, sequence and step.
 std::string per_step_text(const Evaluation& evaluation);
 
-/// A line per data set, for people.
+/// A line per recording, then one per data set and one for all, for people.
 std::string summary_text(const Evaluation& evaluation);
 
 }  // namespace leeway

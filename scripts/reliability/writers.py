@@ -12,7 +12,7 @@ COMMANDS = {
     "replay": ("mmg-sim replay --ship vectwin-3m data/dataset.json --prediction --restart-steps 8 -o out/p", "--hold",
                "p/prediction.json"),
     "recording": ("mmg-sim random --ship vectwin-3m --duration-s 20 --noise noise.json --truth out/t.csv -o out/a.csv",
-                  "--seed 2", "a.csv"),
+                  "--seed 2", "a.csv.provenance.json"),
     "model": ("ens-train data/dataset.json#train --config config.json --checkpoint-s 0 -o out/m", "--seed 2",
               "m/ensemble.json"),
     "prediction": ("ens-predict model data/dataset.json --steps 8 --particles 4 -o out/p", "--seed 2",
@@ -20,7 +20,7 @@ COMMANDS = {
     "metrics": ("eval-metrics pred --truth data/dataset.json --per-step out/s.csv -o out/m.json", "--sigma-u-mps 0.5",
                 "m.json"),
     "sweep": ("pd-sweep model --ship vectwin-3m --kp 20:60:20 --kd 20 --particles 2 --duration-s 10 --trajectories "
-              "out/runs -o out/s.csv", "--seed 2", "s.csv"),
+              "out/runs -o out/s.csv", "--seed 2", "s.csv.provenance.json"),
     "locate": ("gap-locate --ship esso-osaka-3m esso.csv turn.csv -o out/g", "--false-alarm 0.2", "g/locate.json"),
     "explain": ("gap-explain --ship esso-osaka-3m esso.csv -o out/g", "--false-alarm 0.2", "g/report.json"),
 }
@@ -52,6 +52,10 @@ class Writer:
         shutil.rmtree(self.out, ignore_errors=True)
         self.out.mkdir()
 
+    def earlier(self):
+        """What may lie where the command writes: nothing, the same, or the result of other options, unless it refuses that."""
+        return [{}, self.whole] if self.name == "model" else [{}, self.whole, self.other, self.other]
+
     def put(self, files):
         """Makes `files` what an earlier run has left."""
         self.clear()
@@ -67,6 +71,8 @@ class Writer:
         """The same of what the next run, undisturbed, leaves: the bytes of one in an empty folder."""
         unfinished = self.name == "model" and (self.out / self.index).exists()
         resume = unfinished and (self.out / self.index).read_bytes() == self.whole[self.index]
+        if unfinished and not resume:  # another training, which is refused: to remove it is the way out
+            self.clear()
         done = workspace.run([*self.words, *(["--resume"] if resume else [])], self.folder)
         if done.returncode != 0:
             return f"the next run ends with {done.returncode}: {done.stderr.decode()[-300:]}"

@@ -111,8 +111,12 @@ TEST_CASE("ens-train: a checkpoint of any epoch continues to the same bytes", "[
   CHECK_FALSE(std::filesystem::exists(folder / "part/member-00.json"));
   check_refused(folder, "ens-predict part 'data/dataset.json#test'", 4, "part/member-00.json: is not trained yet");
   // Another number of epochs is another training.
-  check_refused(folder, kTrain + "tiny.json --members 1 -o part --resume", 2, "holds an ensemble of other data");
-  // Without --resume the folder begins anew.
+  for (const std::string resume : {" --resume", ""})
+    check_refused(folder, kTrain + "tiny.json --members 1 -o part" + resume, 2,
+                  "holds an ensemble of other data, settings or seed: epochs: expected 6, found 100000; choose another "
+                  "folder with -o, or remove 'part' first");
+  // The same training begins anew without --resume.
+  done(folder, "rm -r part && cp -r whole part && echo half > part/member-00.json");
   done(folder, kTrain + "tiny.json --members 1 -o part");
   auto begun_anew = files_of(folder / "part");
   std::erase_if(begun_anew, [](const auto& file) { return file.first.starts_with("ensemble.json."); });
@@ -126,9 +130,21 @@ TEST_CASE("ens-train: files of another training are refused", "[cli][ens]") {
   for (const std::string settings : {"--seed 3", "--epochs 7", "--no-initial-state-net"}) {
     check_refused(folder, kTrain + "tiny.json -o model --resume " + settings, 2, "model holds an ensemble of other");
     check_refused(folder, kTrain + "tiny.json -o model --member 1 " + settings, 2, "model holds an ensemble of other");
+    check_refused(folder, kTrain + "tiny.json -o model " + settings, 2, "or remove 'model' first");
   }
+  const auto before = files_of(folder / "model");
+  check_refused(folder, kTrain + "tiny.json -o model --seed 3 --epochs 7", 2,
+                "epochs: expected 7, found 6; seed: expected 3, found 1; choose another folder");
+  check_refused(folder, kTrain + "tiny.json -o model --no-initial-state-net", 2,
+                "initial_state_net: expected false, found true");
   check_refused(folder, "ens-train data/train/train-r-01.csv --config tiny.json -o model --resume", 2,
-                "model holds an ensemble of other");
+                "recordings found and not expected: train-r-02");
+  check_refused(folder, "ens-train data/dataset.json#test --config tiny.json -o model", 2,
+                "recordings expected and not found: test-r-01");
+  done(folder, "cp -r data/train copied && sed -i '$d' copied/train-r-01.csv");
+  check_refused(folder, "ens-train copied/*.csv --config tiny.json -o model", 2,
+                "recordings of other contents: train-r-01 (SHA-256 expected ");
+  CHECK(files_of(folder / "model") == before);
   std::filesystem::copy_file(folder / "other/member-02.json", folder / "model/member-02.json",
                              std::filesystem::copy_options::overwrite_existing);
   check_refused(folder, "ens-predict model 'data/dataset.json#test'", 3,
@@ -470,10 +486,9 @@ TEST_CASE("ens-train --base: the tools use such a model as any other, wherever i
        "ens-predict elsewhere/moved 'data/dataset.json#train' --fitted --quiet | eval-metrics - --truth "
        "data/dataset.json --quiet");
 
-  // Trained anew without a base, the folder keeps none.
-  done(folder, kTrain + "tiny.json -o single");
-  CHECK_FALSE(std::filesystem::exists(folder / "single/base-ship.json"));
-  CHECK(files_of(folder / "single").at("member-00.json") == files_of(folder / "plain").at("member-00.json"));
+  // Without its base it is another training.
+  check_refused(folder, kTrain + "tiny.json -o single", 2, "single holds an ensemble of another base: 'vectwin-3m' (");
+  CHECK(files_of(folder / "single") == one);
 }
 
 TEST_CASE("ens-train --base-spread: members with ships of their own, in any order, used as any other",
@@ -507,7 +522,7 @@ TEST_CASE("ens-train --base-spread: members with ships of their own, in any orde
   done(folder, train + "0 -o same");
   done(folder, kTrain + "tiny.json --base vectwin-3m -o plain");
   CHECK(files_of(folder / "same").at("member-00.json") == files_of(folder / "plain").at("member-00.json"));
-  check_refused(folder, train + "1.5 -o one --resume", 2, "one holds an ensemble of another base: 'vectwin-3m' (");
+  check_refused(folder, train + "1.5 -o one --resume", 2, "base_spread: expected 1.5, found \"auto\"");
   check_refused(folder, train + "-1 -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got '-1'");
   check_refused(folder, train + "'' -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got ''");
   check_refused(folder, train + "wide -o bad", 2, "--base-spread: expected a number >= 0 or 'auto', got 'wide'");
@@ -555,10 +570,11 @@ TEST_CASE("ens-train: a fitted base and a calibration, by one process or many", 
   CHECK(done(folder, sweep).out != done(folder, sweep + "--no-disturbance").out);
   CHECK(done(folder, sweep + "--no-calibration").out == done(folder, sweep + "--no-disturbance").out);
 
-  // A training that goes on keeps it, one that begins anew has none of another; damage is noticed.
+  // A training that goes on keeps it; damage is noticed.
   const std::string kept = io::read_text(folder / "one/calibration.json");
   done(folder, train + "-o one --resume");
   CHECK(io::read_text(folder / "one/calibration.json") == kept);
+  done(folder, "rm -r many");
   done(folder, kTrain + "tiny.json -o many");
   CHECK_FALSE(std::filesystem::exists(folder / "many/calibration.json"));
   CHECK_FALSE(std::filesystem::exists(folder / "many/stated-ship.json"));

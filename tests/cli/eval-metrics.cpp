@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <catch2/catch.hpp>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "io/json.hpp"
@@ -59,7 +60,7 @@ TEST_CASE("eval-metrics: equal inputs give equal bytes, and files hold what the 
   CHECK(two.out.empty());
   CHECK(two.err.empty());
   CHECK(io::read_text(folder / "m.json") == one.out);
-  CHECK(folder.listing() == "m.json pred s.csv test");
+  CHECK(folder.listing() == "m.json pred s.csv s.csv.provenance.json test");
   const std::string steps = io::read_text(folder / "s.csv");
   CHECK(std::count(steps.begin(), steps.end(), '\n') == 11);
   // The table for people and the notice of an unknown column stand on the standard error.
@@ -119,4 +120,65 @@ TEST_CASE("eval-metrics: what predictions are laid beside and start from is said
   CHECK(lacking.exit_code == 3);
   CHECK_THAT(lacking.err, Contains("data/plain.json: lists no truth of data/test/test-t20.csv"));
   CHECK(said(hold + "| " + score + "data/plain.json") == "observations, from unstated");
+}
+
+TEST_CASE("eval-metrics: a row for each recording, in the table and in the JSON", "[cli][eval-metrics]") {
+  const TemporaryFolder folder;
+  folder.write("spec.json", R"({"ship": "vectwin-3m", "sets": [
+    {"name": "test", "runs": [{"maneuver": "turning", "rudder_deg": [20, 30], "duration_s": 30}]}]})");
+  REQUIRE(run(folder, "mmg-sim dataset spec.json -o data --quiet").exit_code == 0);
+  REQUIRE(run(folder, "ens-predict --baseline hold data/dataset.json --steps 10 -o pred --quiet").exit_code == 0);
+  const Outcome outcome = run(folder, "eval-metrics pred --truth data/dataset.json");
+  REQUIRE(outcome.exit_code == 0);
+  const io::Json json = io::parse_json(outcome.out, "stdout");
+  REQUIRE(json["recordings"].size() == 2);
+  CHECK(json["recordings"][0]["name"] == "test-t20");
+  CHECK(json["recordings"][0]["set"] == "test");
+  for (const char* key : {"L_eucl", "L_maha", "maha_honest", "coverage", "sequences", "crps"})
+    CHECK(json["recordings"][1].contains(key));
+  const double mean =
+      0.5 * (json["recordings"][0]["L_eucl"].get<double>() + json["recordings"][1]["L_eucl"].get<double>());
+  CHECK(mean == Approx(json["overall"]["L_eucl"].get<double>()));  // of equally many points
+  CHECK_THAT(outcome.err, Contains("recording") && Contains("\ntest-t20 ") && Contains("\ntest-t30 ") &&
+                              Contains("\nset ") && Contains("\noverall "));
+}
+
+TEST_CASE("eval-metrics: recordings shorter than a sequence are skipped, named and counted", "[cli][eval-metrics]") {
+  const TemporaryFolder folder;
+  for (const auto& [name, duration_s] : {std::pair{"long", 40}, std::pair{"short", 5}, std::pair{"tiny", 3}})
+    REQUIRE(run(folder, fmt::format("mkdir -p test && mmg-sim turning --ship vectwin-3m --duration-s {} -o test/{}.csv",
+                                    duration_s, name))
+                .exit_code == 0);
+  const std::string hold = "ens-predict --baseline hold test/*.csv --steps 20 ",
+                    replay = "mmg-sim replay --ship vectwin-3m test/*.csv --prediction --restart-steps 20 ";
+  for (const std::string& command : {hold, replay}) {
+    CAPTURE(command);
+    const Outcome outcome = run(folder, "rm -rf pred; " + command + "-o pred");
+    CHECK(outcome.exit_code == 0);
+    CHECK_THAT(outcome.err, Contains("2 of 3 recordings hold no 20 points 1 s apart without a gap, and are skipped: "
+                                     "test/short.csv"));
+    CHECK(run(folder, "ls pred").out == "long.csv\nprediction.json\n");
+    const Outcome scored = run(folder, "eval-metrics pred --truth test/*.csv");
+    CHECK(scored.exit_code == 0);
+    CHECK_THAT(scored.err,
+               Contains("2 of 3 recordings have no predicted sequence") && Contains("short") && Contains("tiny"));
+  }
+  for (const std::string command :
+       {"ens-predict --baseline hold test/short.csv test/tiny.csv --steps 20 -o none",
+        "mmg-sim replay --ship vectwin-3m test/short.csv test/tiny.csv --prediction --restart-steps 20 -o none"}) {
+    const Outcome refused = run(folder, command);
+    CHECK(refused.exit_code == 3);
+    CHECK_THAT(refused.err, Contains("no recording holds 20 points 1 s apart without a gap"));
+    CHECK(run(folder, "ls none/*.csv 2> errors").exit_code != 0);
+  }
+  // Predictions without a row, as of earlier versions: passed over beside others, an error alone.
+  const std::string header = "recording,sequence,step,t_s,particle,member,x0_m,y0_m,psi_deg,u_mps,vm_mps,r_degps\n";
+  REQUIRE(run(folder, hold + "-o - --quiet > good.csv").exit_code == 0);
+  folder.write("old/short.csv", header);
+  const Outcome beside = run(folder, "eval-metrics good.csv old/short.csv --truth test/*.csv");
+  CHECK(beside.exit_code == 0);
+  CHECK_THAT(beside.err, Contains("have no row and are skipped: old/short.csv"));
+  CHECK(run(folder, "eval-metrics old --truth test/*.csv").exit_code == 3);
+  folder.write("old/tiny.csv", header);
+  CHECK(run(folder, "eval-metrics old --truth test/*.csv").exit_code == 3);
 }

@@ -256,5 +256,6 @@ TEST_CASE("generations: temporary files of killed runs are cleared up, those of 
   REQUIRE(::flock(lock, LOCK_EX | LOCK_NB) == 0);
   done(folder, "mmg-sim zigzag --ship vectwin-3m --duration-s 10 --quiet -o x.csv");
   ::close(lock);
-  CHECK(names_in(folder.path().string()) == std::set<std::string>{"x.csv", elsewhere, alive, "notes.0123.tmp"});
+  CHECK(names_in(folder.path().string()) ==
+        std::set<std::string>{"x.csv", "x.csv.provenance.json", elsewhere, alive, "notes.0123.tmp"});
 }

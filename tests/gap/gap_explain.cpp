@@ -85,6 +85,7 @@ TEST_CASE("gap-explain: a planted current is named, measured, and shown to help 
   // ship.json is the ship's own with one effect more, and makes a model.
   REQUIRE(explanation.effects.size() == 1);
   const io::Json with = gap::ship_with(io::read_json(stated.file), explanation);
+  CHECK(with["name"] == "esso-osaka-3m, fitted");
   CHECK(with["effects"].back()["type"] == "steady-current");
   CHECK(with["effects"].back()["current_speed_mps"].get<double>() == current.parameters[0].estimate);
 
@@ -112,6 +113,8 @@ TEST_CASE("gap-explain: where nothing is missing nothing is chosen, and wrong co
   io::Json with = gap::ship_with(io::read_json(stated.file), explanation);
   CHECK(with.contains("coefficient_factors"));
   with.erase("coefficient_factors");
+  CHECK(with["name"] == "esso-osaka-3m, fitted");
+  with["name"] = stated.name;
   CHECK(with == io::read_json(stated.file));
   const double before = explanation.heldout.before.free_runs.at(100).rmse_position_m;
   CHECK(explanation.heldout.after.free_runs.at(100).rmse_position_m < 0.8 * before);

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/errors.hpp"
+#include "core/units.hpp"
 #include "io/trajectory_csv.hpp"
 #include "temporary_folder.hpp"
 
@@ -58,11 +59,13 @@ TEST_CASE("columns map: what contradicts itself is refused with the pointer to t
   refused(R"({"file": {"scale_factor": 0}})", "/file/scale_factor: expected a number");
   refused(R"({"file": {"sample_interval_s": -1}})", "/file/sample_interval_s: expected a number");
   refused(R"({"file": {"velocity_frame": "body"}})", "/file/velocity_frame");
-  refused(R"({"u_mps": "a", "vm_mps": "b", "file": {"velocity_frame": "earth"}})", "/psi_deg: missing");
+  refused(R"({"u_mps": {"from": 1}, "vm_mps": {"from": 2}, "file": {"velocity_frame": "earth", "header": false}})",
+          "/psi_deg: missing");
   refused(R"({"latitude_deg": "a"})", "/latitude_deg: unknown column name");
   refused(R"({"latitude_deg": "a", "file": {"position": "latitude-longitude"}})", "/longitude_deg: missing");
   refused(R"({"r_degps": {"derive": "u_mps"}})", "/r_degps/derive: expected u_mps derived from x0_m");
-  refused(R"({"r_degps": {"derive": "psi_deg"}})", "/r_degps: is derived from psi_deg, which has no column");
+  refused(R"({"r_degps": {"derive": "psi_deg"}, "file": {"header": false}})",
+          "/r_degps: is derived from psi_deg, which has no column");
   refused(R"({"psi_deg": "h", "r_degps": {"derive": "psi_deg", "from": "r"}})", "/r_degps/from: unknown key");
 }
 
@@ -107,6 +110,47 @@ TEST_CASE("columns map: a file may lack what a map names, but not what the rest 
   const io::ColumnsMap earth =
       io::read_columns_map(folder.write("map.json", four + R"(, "file": {"velocity_frame": "earth"}})"));
   CHECK_THROWS_WITH(io::read_trajectory(raw, &earth), Contains("no column 'heading'; found t, u, v, r"));
+}
+
+TEST_CASE("columns map: a channel that it leaves out is read by leeway's own name", "[io][columns]") {
+  const test::TemporaryFolder folder;
+  const auto read = [&](const std::string& map, const std::string& raw) {
+    const io::ColumnsMap columns = io::read_columns_map(folder.write("map.json", map));
+    return io::read_trajectory(folder.write("raw.csv", raw), &columns);
+  };
+  const std::string two = R"({"t_s": "t", "u_mps": "u")";
+  const std::string raw = "t,u,vm_mps,r_radps,psi_deg,wind_speed_mps,u_kn,r_derived\n0,1,2,0.5,90,3,7,1\n";
+  const Trajectory plain = read(two + "}", raw);
+  CHECK(plain[Channel::u] == std::vector<double>{1.0});  // the map's column counts
+  CHECK(plain[Channel::vm] == std::vector<double>{2.0});
+  CHECK(plain[Channel::r] == std::vector<double>{0.5});
+  CHECK(plain.is_derived(Channel::r));
+  CHECK(plain.has(Channel::psi));
+  CHECK_FALSE(plain.has(Channel::wind_speed));  // half a wind is none
+  CHECK(plain.ignored_columns == std::vector<std::string>{"wind_speed_mps", "u_kn"});
+  // Time and all: a map of one column.
+  CHECK(read(R"({"n_p_rps": "rev"})", "t_s,u_mps,vm_mps,r_degps,rev\n0,1,2,0,8\n")[Channel::n_p][0] == 8.0);
+  // A column that the map takes for something else is that, and one that it derives is derived.
+  CHECK_THROWS_WITH(read(two + R"(, "vm_mps": "r_degps"})", "t,u,r_degps\n0,1,0\n"), Contains("has no r_degps"));
+  CHECK(read(two + R"(, "psi_deg": "h", "r_degps": {"derive": "psi_deg"}})",
+             "t,u,vm_mps,h,r_degps\n0,1,0,0,50\n1,1,0,1,50\n2,1,0,2,50\n3,1,0,3,50\n4,1,0,4,50\n")[Channel::r][2] <
+        0.1);
+  // Where the file's axes are others, leeway's names would mean another thing.
+  CHECK_THROWS_WITH(read(R"({"t_s": "t", "u_mps": "north", "psi_deg": "h", "file": {"velocity_frame": "earth"}})",
+                         "t,north,vm_mps,r_degps,h\n0,1,0,0,0\n"),
+                    Contains("has no vm_mps"));
+  // What others are computed from may be unnamed as well, and is missed where it is nowhere.
+  const std::string derived = R"({"t_s": "t", "u_mps": "u", "vm_mps": "v", "r_degps": {"derive": "psi_deg"}})";
+  const std::string five_rows = "0,1,0,0\n1,1,0,2\n2,1,0,4\n3,1,0,6\n4,1,0,8\n";
+  CHECK(read(derived, "t,u,v,psi_deg\n" + five_rows)[Channel::r][2] == Approx(2.0 * kDegree));
+  CHECK_THROWS_WITH(read(derived, "t,u,v,heading\n" + five_rows),
+                    Contains("r_degps is derived from psi_deg, which neither the columns map nor the file has"));
+  const std::string earth = R"({"t_s": "t", "u_mps": "u", "vm_mps": "v", "file": {"velocity_frame": "earth"}})";
+  CHECK(read(earth, "t,u,v,psi_deg,r_degps\n0,0,2,90,0\n")[Channel::u][0] == Approx(2.0));
+  CHECK_THROWS_WITH(read(earth, "t,u,v,r_degps\n0,0,2,0\n"), Contains("nor the file has psi_deg"));
+  // Two columns for one quantity are refused, as without a map.
+  CHECK_THROWS_WITH(read(two + "}", "t,u,vm_mps,vm_kn,r_degps\n0,1,0,0,0\n"), Contains("holds the same quantity"));
+  CHECK_THROWS_WITH(read(R"({"u_mps": "u"})", "u,vm_mps,r_degps\n1,0,0\n"), Contains("the columns map has no time"));
 }
 
 TEST_CASE("columns map: gzip is read as it lies, in several members too, and broken gzip is refused", "[io][columns]") {

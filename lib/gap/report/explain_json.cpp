@@ -166,11 +166,14 @@ std::string current_file(const std::string& recording) { return "current-" + rec
 std::string ship_file(const std::string& recording) { return "ship-" + recording + ".json"; }
 
 Json ship_with(Json of, const Explanation& explanation, const std::string& recording) {
+  const std::vector<EffectEntry>& effects =
+      recording.empty() ? explanation.effects : explanation.effects_in.at(recording);
+  const bool is_changed = explanation.residual_network || !explanation.coefficient_factors.empty() || !effects.empty();
+  if (is_changed && of.contains("name") && of["name"].is_string())  // it is another ship: results carry its name
+    of["name"] = of["name"].get<std::string>() + (recording.empty() ? ", fitted" : ", fitted to " + recording);
   if (explanation.residual_network) of["residual_network"] = to_json(*explanation.residual_network);
   of = multiplied(std::move(of), explanation.coefficient_factors,
                   "estimated by gap-explain from recordings; standard deviations in its report.json");
-  const std::vector<EffectEntry>& effects =
-      recording.empty() ? explanation.effects : explanation.effects_in.at(recording);
   if (effects.empty()) return of;
   if (!of.contains("effects")) of["effects"] = Json::array();
   for (const EffectEntry& entry : effects) {
