@@ -93,7 +93,7 @@ void note_unread(const RawTable& table, const FoundClock& clock, const Roles& ro
 // Roles with the clock that makes positions and velocities, or heading and yaw rate, fit each other: as it is, unless
 // another reading fits twice as well.
 Roles roles_by(const RawTable& table, const std::vector<NamedColumn>& meanings, FoundClock& clock) {
-  constexpr double kTwiceAsWell = 0.5;
+  constexpr double kMuchBetter = 0.5;
   Roles roles = find_roles(table, meanings, clock);
   if (!clock.is_assumed) return roles;
   if (!roles.misfit) {
@@ -103,7 +103,7 @@ Roles roles_by(const RawTable& table, const std::vector<NamedColumn>& meanings, 
   if (meanings.empty()) return roles;  // recognized by this clock
   for (FoundClock& other : other_readings(table, clock)) {
     Roles read = find_roles(table, meanings, other);
-    if (!read.misfit || *read.misfit > kFits || *read.misfit > kTwiceAsWell * *roles.misfit) continue;
+    if (!read.misfit || *read.misfit > kFits || *read.misfit > kMuchBetter * *roles.misfit) continue;
     read.findings.push_back(fmt::format("time is in {}: otherwise the motion fits to {:.0f} % alone",
                                         other.format == "hms" ? std::string("hhmmss")
                                         : other.scale != 1.0  ? std::string("days")

@@ -15,7 +15,7 @@ using test::kEverything;
 
 namespace {
 
-constexpr double kDeg = 1.0 / kDegree;
+constexpr double kPerDegree = 1.0 / kDegree;
 
 const Trajectory& zigzag_run() {
   static const Trajectory run = test::simulated_zigzag();
@@ -27,10 +27,14 @@ const Trajectory& turn_run() {
 }
 
 std::vector<test::ForeignColumn> plain_columns() {
-  return {column("t [s]", Channel::t, 1.0),        column("u [m/s]", Channel::u, 1.0),
-          column("v [m/s]", Channel::vm, 1.0),     column("r [deg/s]", Channel::r, kDeg),
-          column("x [m]", Channel::x0, 1.0),       column("y [m]", Channel::y0, 1.0),
-          column("psi [deg]", Channel::psi, kDeg), column("rudder [deg]", Channel::delta, kDeg),
+  return {column("t [s]", Channel::t, 1.0),
+          column("u [m/s]", Channel::u, 1.0),
+          column("v [m/s]", Channel::vm, 1.0),
+          column("r [deg/s]", Channel::r, kPerDegree),
+          column("x [m]", Channel::x0, 1.0),
+          column("y [m]", Channel::y0, 1.0),
+          column("psi [deg]", Channel::psi, kPerDegree),
+          column("rudder [deg]", Channel::delta, kPerDegree),
           column("n [1/s]", Channel::n_p, 1.0)};
 }
 
@@ -43,7 +47,7 @@ TEST_CASE("proposal: a rudder held in a turning circle keeps the sign that turns
       CAPTURE(rudder_deg, sign);
       const Trajectory turn = test::simulated_turn(rudder_deg);
       std::vector<test::ForeignColumn> columns = plain_columns();
-      columns[7] = column("rudder [deg]", Channel::delta, sign * kDeg);
+      columns[7] = column("rudder [deg]", Channel::delta, sign * kPerDegree);
       const Json map = check_proposal(test::foreign_text(turn, columns), turn, kEverything);
       CHECK_THAT(test::notes_of(map), Contains("while delta is held"));
     }
@@ -65,7 +69,7 @@ TEST_CASE("proposal: the unit of a course without a word about it is one of angl
   // Without positions nothing tells the unit but the range of the numbers.
   const Json map = check_proposal(
       test::foreign_text(turn_run(), {column("t", Channel::t, 1.0), column("SOG [m/s]", test::speed),
-                                      column("COG", test::course_deg), column("HDG [deg]", Channel::psi, kDeg)}),
+                                      column("COG", test::course_deg), column("HDG [deg]", Channel::psi, kPerDegree)}),
       turn_run(), {Channel::u, Channel::vm, Channel::psi}, 1e-6);
   CHECK_FALSE(map["course_deg"].is_object());
   CHECK_THAT(test::notes_of(map), Contains("the unit of vm is taken to be deg"));
@@ -97,10 +101,11 @@ TEST_CASE("proposal: the unit of time that makes the motion fit is proposed", "[
 }
 
 TEST_CASE("proposal: where nothing is there to compare with, seconds are said to be assumed", "[foreign]") {
-  const Json map = check_proposal(
-      test::foreign_text(zigzag_run(), {column("t", Channel::t, 1.0), column("u [m/s]", Channel::u, 1.0),
-                                        column("v [m/s]", Channel::vm, 1.0), column("psi [deg]", Channel::psi, kDeg)}),
-      zigzag_run(), {Channel::u});
+  const Json map =
+      check_proposal(test::foreign_text(zigzag_run(), {column("t", Channel::t, 1.0), column("u [m/s]", Channel::u, 1.0),
+                                                       column("v [m/s]", Channel::vm, 1.0),
+                                                       column("psi [deg]", Channel::psi, kPerDegree)}),
+                     zigzag_run(), {Channel::u});
   CHECK_THAT(test::notes_of(map), Contains("seconds are assumed"));
   CHECK_THAT(test::notes_of(map), Contains("no position to compare with"));
   CHECK_THAT(
@@ -167,8 +172,8 @@ TEST_CASE("proposal: in a turning circle without names velocities along the eart
     const Json map = check_proposal(
         test::foreign_text(turn,
                            {column("", Channel::t, 1.0), column("", Channel::x0, 1.0), column("", Channel::y0, 1.0),
-                            column("", Channel::psi, kDeg), column("", test::north), column("", test::east),
-                            column("", Channel::r, kDeg), column("", Channel::delta, -kDeg)},
+                            column("", Channel::psi, kPerDegree), column("", test::north), column("", test::east),
+                            column("", Channel::r, kPerDegree), column("", Channel::delta, -kPerDegree)},
                            '\t', false),
         turn, {Channel::x0, Channel::y0, Channel::psi, Channel::u, Channel::vm, Channel::r, Channel::delta});
     CHECK(map["file"]["velocity_frame"] == "earth");
@@ -177,8 +182,8 @@ TEST_CASE("proposal: in a turning circle without names velocities along the eart
 
 TEST_CASE("proposal: columns whose names say nothing are found by the kinematics beside those that do", "[foreign]") {
   std::vector<test::ForeignColumn> columns = plain_columns();
-  columns[3] = column("Giergeschw. Kanal 7", Channel::r, kDeg);
-  columns[6] = column("Kanal 3", Channel::psi, kDeg);
+  columns[3] = column("Giergeschw. Kanal 7", Channel::r, kPerDegree);
+  columns[6] = column("Kanal 3", Channel::psi, kPerDegree);
   const Json map = check_proposal(test::foreign_text(zigzag_run(), columns), zigzag_run(), kEverything);
   CHECK_THAT(test::notes_of(map), Contains("column 'Kanal 3' is taken to be psi"));
 }

@@ -7,7 +7,8 @@ namespace leeway::gap {
 /// One effect with the noise levels that fit it best.
 struct Refit {
   double p_value = 1.0;
-  double gain = 0.0, gain_sd = 0.0;  ///< sum over what was left out in turn [nats], see folds_of(), and its standard error
+  double gain = 0.0,
+         gain_sd = 0.0;  ///< sum over what was left out in turn [nats], see folds_of(), and its standard error
 };
 
 /// The model error is estimated anew with the effect, the degrees of freedom of this estimate are counted

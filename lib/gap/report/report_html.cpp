@@ -62,7 +62,7 @@ std::string in_script(const Json& json) {
 }
 
 // Few digits, as a screen shows them.
-Json rounded(double value, int digits) {
+Json in_digits(double value, int digits) {
   if (!std::isfinite(value)) return nullptr;
   const std::string text = fmt::format("{:.{}g}", value, digits);
   double result = value;
@@ -72,7 +72,7 @@ Json rounded(double value, int digits) {
 
 Json picked(const std::vector<double>& values, const std::vector<std::size_t>& at, int digits) {
   Json result = Json::array();
-  for (const std::size_t i : at) result.push_back(rounded(values[i], digits));
+  for (const std::size_t i : at) result.push_back(in_digits(values[i], digits));
   return result;
 }
 

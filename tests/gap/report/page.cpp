@@ -170,8 +170,7 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   CHECK(probabilities["tips"][2] == "nothing\n1.00e-9: Nothing is missing.");
   CHECK(missing["tables"][0] ==
         std::vector<Row>{
-            {"Missing", "Probability", "Evidence", "Fit", "Unseen data",
-             "Parameter", "Estimate", "95 %"},
+            {"Missing", "Probability", "Evidence", "Fit", "Unseen data", "Parameter", "Estimate", "95 %"},
             {"steady-current", "0.86", "477", "converged", "480 ± 83", "current_speed_mps", "0.0999 ± 0.0012 m/s",
              "0.0975 to 0.1023"},
             {"", "", "", "", "", "current_set_deg", "−89.78 ± 0.26 deg", "−90.29 to −89.27"},
