@@ -43,7 +43,9 @@ struct Tests {
     is_hard_turn = is_turning && is(reached, rad_to_deg(hardest));
     is_10_10 = is_zigzag && is(facts.rudder, 10.0) && is(facts.heading, 10.0);
     is_20_20 = is_zigzag && is(facts.rudder, 20.0) && is(facts.heading, 20.0);
-    is_initial_turning = (is_turning || is_zigzag) && is(facts.rudder, 10.0);
+    // The rudder has to stay until the heading has changed by 10 deg.
+    const bool is_held = is_turning || (is_zigzag && std::abs(facts.heading) > 10.0 * kDegree - kSameOrder);
+    is_initial_turning = is_held && is(facts.rudder, 10.0);
     is_stop = facts.maneuver == "crash-stop";
   }
   bool any() const { return is_hard_turn || is_10_10 || is_20_20 || is_initial_turning || is_stop; }

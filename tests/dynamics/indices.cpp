@@ -305,6 +305,9 @@ TEST_CASE("IMO criteria: limits by the full-scale L/V, and only where they apply
   ship.scale = 100.0;  // 300 m; V is ten times the model's
   const ManeuverFacts zigzag_10{"zigzag", 10.0 * kDegree, -0.0 + 10.0 * kDegree, {}, 0.0};
   const Json zigzag{{"first_overshoot_deg", 14.9}, {"second_overshoot_deg", 33.0}, {"track_to_10_deg_over_L", nullptr}};
+  // Initial turning needs the rudder until the heading has changed by 10 deg.
+  const ManeuverFacts zigzag_5{"zigzag", 10.0 * kDegree, 5.0 * kDegree, {}, 0.0};
+  CHECK(imo_criteria(zigzag, zigzag_5, ship, 1.0)["applies"] == false);
   const auto limits = [&](double L_over_V) {
     const Json json = imo_criteria(zigzag, zigzag_10, ship, 300.0 / L_over_V / 10.0);
     REQUIRE(json["applies"] == true);

@@ -91,7 +91,7 @@ TEST_CASE("gap-explain: a planted current is named, measured, and shown to help 
 
   const std::string text = gap::summary(explanation);
   CHECK_THAT(text, Contains("MISMATCH"));
-  CHECK_THAT(text, Contains("steady-current"));
+  CHECK_THAT(text, Contains("A current of 0.0500 m/s towards 140 deg"));
   CHECK_THAT(text, Contains("current_speed_mps"));
   const io::Json json = gap::to_json(explanation);
   CHECK(json["chosen"] == io::Json{"steady-current"});
