@@ -262,7 +262,8 @@ int main(int argc, char** argv) try {
   double left_out_s = 0.0, total_s = 0.0;
   std::vector<std::string> too_short;
   {
-    cli::Progress progress("ens-predict", recorded_s_of(recordings, dt_s), o.common);
+    cli::Progress progress("ens-predict", recorded_s_of(recordings, dt_s), o.common,
+                           cli::Progress::Lines::of_long_work);
     for (const Trajectory& recording : recordings) {
       if (model) warn_of_constants(recording, model->header().inputs);
       take_noise(o, model, calibration, true_paths.contains(recording.file), options);

@@ -84,7 +84,7 @@ int main(int argc, char** argv) try {
   std::optional<io::States> against;
   if (!opt.against.empty()) against = opt.against == "truth" ? io::States::truth : io::States::observations;
   const Evaluation evaluation = [&] {
-    const cli::Progress progress("eval-metrics", 1.0, opt.common);
+    const cli::Progress progress("eval-metrics", 1.0, opt.common, cli::Progress::Lines::of_long_work);
     return evaluate(source, truths_by_name(opt.truths, against), options);
   }();
 

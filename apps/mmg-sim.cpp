@@ -36,7 +36,7 @@ int main(int argc, char** argv) try {
                         cli::warn_all(dataset_notices(dataset_spec));
                         io::Json made_by = cli::provenance(app, opt.common, dataset_spec.input_files);
                         made_by["ship"] = {{"name", dataset_spec.ship.name}};
-                        cli::Progress progress("mmg-sim: dataset", 1.0, opt.common);
+                        cli::Progress progress("mmg-sim: dataset", 1.0, opt.common, cli::Progress::Lines::of_long_work);
                         generate_dataset(dataset_spec, opt.output, opt.common.seed, opt.common.jobs, made_by,
                                          [&](double done) { progress.update(done, ""); });
                       }});

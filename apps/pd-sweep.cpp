@@ -98,7 +98,7 @@ int main(int argc, char** argv) try {
   const auto calibration = o.no_calibration ? std::nullopt : ensemble::read_calibration(o.model, model.header());
   std::vector<control::SweepResult> results;
   {
-    cli::Progress progress("pd-sweep", 1.0, o.common);
+    cli::Progress progress("pd-sweep", 1.0, o.common, cli::Progress::Lines::of_long_work);
     results = control::pd_sweep(ship, model, gains, o.task, o.particles, o.common.seed, o.common.jobs,
                                 !o.trajectories.empty(),
                                 calibration && !o.no_disturbance ? calibration->disturbance : ensemble::Disturbance(),

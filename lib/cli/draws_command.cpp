@@ -36,7 +36,7 @@ void run_draws(const CLI::App& app, const SimOptions& opt, const DrawOptions& dr
   folder.begin();
   io::Json all = io::Json::array();
   int refused = 0;
-  Progress progress("mmg-sim: draws", static_cast<double>(draws.count), opt.common);
+  Progress progress("mmg-sim: draws", static_cast<double>(draws.count), opt.common, Progress::Lines::of_long_work);
   for (std::size_t i = 0; i < draws.count; ++i) {
     const int number = static_cast<int>(i);
     const ShipDraw draw = drawn.draw(number);

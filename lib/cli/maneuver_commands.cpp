@@ -190,8 +190,8 @@ void run_maneuver(const CLI::App& app, const std::string& name, const SimOptions
     for (Actuator& actuator : ship.actuators)  // ordered revolutions stay, also in a random run
       if (actuator.is_propulsion()) actuator.is_random = false;
   const SimulatedShip start = start_of(ship, opt, name);
-  warn_of_run(start, opt, name);
   const auto maneuver = make(start, opt);
+  warn_of_run(start, opt, name);
   const double longest_s = maneuver->longest_s().value_or(usual_duration_s(ship));
   if (!opt.duration_s) grid.duration_s = grid.sample_s * std::ceil(longest_s / grid.sample_s - 1e-9);
   grid.check();

@@ -13,7 +13,7 @@
 namespace leeway::cli {
 namespace {
 
-constexpr std::chrono::seconds kShortWork{3};  // ends without a line in the log
+constexpr std::chrono::seconds kShortWork{3};
 
 }  // namespace
 
@@ -23,11 +23,13 @@ std::string duration(double seconds) {
   return fmt::format("{}:{:02}", s / 60, s % 60);
 }
 
-Progress::Progress(std::string what, double total, const CommonOptions& options, std::chrono::milliseconds silence)
+Progress::Progress(std::string what, double total, const CommonOptions& options, Lines lines,
+                   std::chrono::milliseconds silence)
     : what_(std::move(what)),
       total_(total),
       quiet_(options.quiet),
       terminal_(::isatty(STDERR_FILENO) == 1),
+      lines_(lines),
       silence_(silence) {
   if (quiet_ || terminal_ || total_ <= 0.0) return;
   try {
@@ -78,7 +80,7 @@ void Progress::show(double done, const std::string& note) {
     return;
   }
   const int tenths = static_cast<int>(share() * 10.0);
-  if (now - start_ < kShortWork || tenths <= tenths_said_) return;
+  if (tenths <= tenths_said_ || (lines_ == Lines::of_long_work && now - start_ < kShortWork)) return;
   say_line();
 }
 

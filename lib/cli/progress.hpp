@@ -14,15 +14,19 @@ namespace leeway::cli {
 std::string duration(double seconds);
 
 /// Progress of long work on stderr: a bar with the time left on a terminal; else, as in a log file, plain lines: one
-/// per 10 %, not in the first seconds, and one whenever a minute has passed without, also while nothing is reported.
-/// Nothing with --quiet. Safe to call from several threads.
+/// per 10 %, and one whenever a minute has passed without, also while nothing is reported. Nothing with --quiet. Safe
+/// to call from several threads.
 class Progress {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kSilence{50'000};  ///< so that a busy machine keeps to the minute
 
+  /// Where lines begin: at once, or, for what mostly takes a moment, once it has lasted for some seconds.
+  enum class Lines { at_once, of_long_work };
+
   ///   silence  the longest time without a line
-  Progress(std::string what, double total, const CommonOptions& options, std::chrono::milliseconds silence = kSilence);
+  Progress(std::string what, double total, const CommonOptions& options, Lines lines = Lines::at_once,
+           std::chrono::milliseconds silence = kSilence);
   ~Progress();  ///< ends the bar's line
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -44,6 +48,7 @@ class Progress {
   std::string what_, note_;
   double total_, done_ = 0.0, skipped_ = 0.0;
   bool quiet_, terminal_;
+  Lines lines_;
   int tenths_said_ = 0;
   bool bar_open_ = false;
   Clock::time_point start_ = Clock::now(), last_ = start_;

@@ -258,7 +258,7 @@ TEST_CASE("ens-train: a dataset without its set named gets a warning, since it m
   write_ensemble_inputs(folder);
   CHECK_THAT(done(folder, "ens-train data/dataset.json --config tiny.json --epochs 1 --members 1 -o model").err,
              Contains("warning: data/dataset.json: trains on all its sets (test, train); data/dataset.json#SET names"));
-  CHECK(done(folder, "ens-train 'data/dataset.json#train' --config tiny.json --epochs 1 --members 1 -o model")
+  CHECK(done(folder, "ens-train 'data/dataset.json#train' --config tiny.json --epochs 1 --members 1 -o of-set")
             .err.find("all its sets") == std::string::npos);
 }
 

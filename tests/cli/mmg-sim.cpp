@@ -278,7 +278,7 @@ TEST_CASE("mmg-sim: maneuvers that a ship cannot do are exit code 2 with one lin
            {"thruster-pulses --ship vectwin-3m --thruster-rps 31", "(-30 to 30 1/s), got 31"},
            {"straight --ship vectwin-3m --u0-mps 0", "at a speed ahead"},
            {"schedule --ship vectwin-3m", "schedule is required"},
-           {"turning --ship vectwin-3m --hold-s 5", "not expected"},
+           {"turning --ship vectwin-3m --hold-s 5", "unknown option '--hold-s'"},
            {"turning --ship vectwin-3m --indices -", "only one of --output"},
            {"turning --ship vectwin-3m --wind stochastic --wind-speed-mps 40 --dt-s 1", "too long for stochastic wind"},
            {"replay --ship vectwin-3m --prediction --restart-steps 10 --indices i.json a.csv", "do not apply"}}) {

@@ -35,7 +35,7 @@ std::string standard_error_of(const Work& work) {
 
 TEST_CASE("progress: a log file gets a line in every interval, also while nothing is reported", "[cli]") {
   const std::string log = standard_error_of([] {
-    cli::Progress progress("working", 10.0, {}, 50ms);
+    cli::Progress progress("working", 10.0, {}, cli::Progress::Lines::of_long_work, 50ms);
     std::this_thread::sleep_for(180ms);
     progress.update(3.0, "on it");
     std::this_thread::sleep_for(180ms);
@@ -45,15 +45,21 @@ TEST_CASE("progress: a log file gets a line in every interval, also while nothin
   CHECK_THAT(log, Contains("working: 30 %, on it, 0:0"));
 }
 
-TEST_CASE("progress: short work and --quiet leave the log alone", "[cli]") {
-  CHECK(standard_error_of([] {
-          cli::Progress progress("working", 10.0, {});
-          for (int i = 0; i < 10; ++i) progress.advance();
-        }).empty());
+TEST_CASE("progress: a line for each tenth, none of what takes a moment, and none with --quiet", "[cli]") {
+  const auto twenty_steps = [](cli::Progress::Lines lines) {
+    return standard_error_of([&] {
+      cli::Progress progress("working", 20.0, {}, lines);
+      for (int i = 0; i < 20; ++i) progress.advance();
+    });
+  };
+  const std::string log = twenty_steps(cli::Progress::Lines::at_once);
+  CHECK(std::count(log.begin(), log.end(), '\n') == 10);
+  CHECK_THAT(log, StartsWith("working: 10 %, 0:00 left\n"));
+  CHECK(twenty_steps(cli::Progress::Lines::of_long_work).empty());
   CHECK(standard_error_of([] {
           cli::CommonOptions quiet;
           quiet.quiet = true;
-          const cli::Progress progress("working", 10.0, quiet, 10ms);
+          const cli::Progress progress("working", 10.0, quiet, cli::Progress::Lines::at_once, 10ms);
           std::this_thread::sleep_for(50ms);
         }).empty());
 }

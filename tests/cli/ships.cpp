@@ -115,6 +115,7 @@ TEST_CASE("mmg-sim: revolutions, wind and rudder angles that do not do what they
     const std::string told = said(base + " --ship esso-osaka-3m --u0-mps 0.4 --n-p-rps 5");
     CHECK_THAT(told, Contains("warning") && Contains("0.4 m/s (--u0-mps)") && Contains("5 1/s (--n-p-rps)") &&
                          Contains("comes to 0.1977 m/s") && Contains("10.12 1/s would hold"));
+    if (maneuver == "random") continue;  // which orders other revolutions at once where none are given
     CHECK_THAT(said(base + " --ship esso-osaka-3m --u0-mps 0.6"), Contains("do not belong together"));
   }
   CHECK(said("berthing --ship vectwin-3m --duration-s 5").empty());
