@@ -64,7 +64,7 @@ class PackageTest(unittest.TestCase):
     @classmethod
     def dpkg(cls, *command):
         path = f"{os.environ['PATH']}:/usr/local/sbin:/usr/sbin:/sbin"  # dpkg looks for ldconfig
-        return output_of("dpkg", f"--root={cls.root}", "--force-not-root", *command, env={**os.environ, "PATH": path})
+        return output_of("dpkg", f"--root={cls.root}", "--force-not-root", "--log=/dev/null", *command, env={**os.environ, "PATH": path})
 
     def field(self, name: str) -> str:
         return output_of("dpkg-deb", "--field", self.package, name).strip()
