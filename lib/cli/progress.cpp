@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <sys/resource.h>
 #include <system_error>
 #include <unistd.h>
 
@@ -14,6 +15,12 @@ namespace leeway::cli {
 namespace {
 
 constexpr std::chrono::seconds kShortWork{3};
+
+// A limited address space may leave a thread that begins without the memory that its wait needs.
+bool has_room_for_threads() {
+  rlimit limit{};
+  return ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
+}
 
 }  // namespace
 
@@ -31,7 +38,7 @@ Progress::Progress(std::string what, double total, const CommonOptions& options,
       terminal_(::isatty(STDERR_FILENO) == 1),
       lines_(lines),
       silence_(silence) {
-  if (quiet_ || terminal_ || total_ <= 0.0) return;
+  if (quiet_ || terminal_ || total_ <= 0.0 || !has_room_for_threads()) return;
   try {
     watch_ = std::jthread([this](const std::stop_token& stop) { break_silence(stop); });
   } catch (const std::system_error&) {  // no thread to be had: lines come with the work alone

@@ -33,7 +33,7 @@ bool is_beyond(const Actuator& actuator, double order) { return std::abs(actuato
 }  // namespace
 
 std::optional<std::string> speed_notice(const Ship& ship, double u_mps, double n_rps, bool only_slows) {
-  if (ship.propulsion().empty()) return std::nullopt;
+  if (ship.propulsion().empty() || u_mps == 0.0) return std::nullopt;  // a ship at rest gets under way
   const std::optional<double> settled = settled_speed(ship, n_rps);
   if (settled) {
     const double larger = std::max(std::abs(u_mps), std::abs(*settled));

@@ -22,7 +22,7 @@ TEST_CASE("gap-explain: the ship that it writes runs in the simulator", "[cli][g
   CAPTURE(outcome.err);
   REQUIRE(outcome.exit_code == 0);
   CHECK(outcome.out.empty());
-  CHECK_THAT(outcome.err, Contains("MISMATCH") && Contains("steady-current"));
+  CHECK_THAT(outcome.err, Contains("MISMATCH") && Contains("A current of 0.1"));
   const io::Json json = io::read_json(folder / "out/report.json");
   CHECK(json.at("verdict") == "mismatch");
   CHECK(json.at("chosen") == io::Json{"steady-current"});

@@ -139,8 +139,9 @@ TEST_CASE("trajectory: a columns map reads a foreign recording", "[io][columns]"
   CHECK(t[Channel::r][0] == 0.3);
   CHECK(std::isnan(t[Channel::vm][0]));
   CHECK(std::isnan(t[Channel::r][1]));
-  // Only what the map names is read: psi_deg of a foreign file may be anything.
-  CHECK(t.ignored_columns == std::vector<std::string>{"psi_deg"});
+  // What the map does not name is read under leeway's own name.
+  CHECK(t.ignored_columns.empty());
+  CHECK(t[Channel::psi][1] == 6.0 * kDegree);
   CHECK_THROWS_WITH(io::read_trajectory(folder.write("bad.csv", "time,side,yaw rate\n"), &map),
                     Contains("no column 'speed'; found time, side, yaw rate"));
 }
@@ -173,7 +174,7 @@ TEST_CASE("trajectory: a columns map that is wrong is refused with the pointer t
     CHECK_THROWS_WITH(io::read_columns_map(path), Contains(because));
   };
   refused(R"({"t_sec": "time"})", "map.json: /t_sec: unknown column name");
-  refused(R"({"t_s": 5})", "map.json: /t_s: expected a text, got 5");
+  refused(R"({"t_s": 5})", "map.json: /t_s: expected a column's name, or {\"from\": 5} with its number, got 5");
   refused(R"({"u_mps": {"from": "u", "unit": "mph"}})", "map.json: /u_mps/unit: unknown unit 'mph'; known: mps, kn");
   refused(R"({"u_mps": {"from": "u", "units": "kn"}})",
           "map.json: /u_mps/units: unknown key; known here: derive, from");
