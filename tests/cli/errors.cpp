@@ -141,7 +141,8 @@ TEST_CASE("errors: a JSON file that is wrong ends with 3 and points to the place
              {"syntax", "{\n  \"t_s\": ,\n}\n", 3, ":2:10: not valid JSON"},
              {"misspelled key", R"({"t_s": "t_s", "u_msp": "u_mps"})", 3, ": /u_msp: unknown column name"},
              {"misspelled inner key", R"({"u_mps": {"form": "u"}})", 3, ": /u_mps/from: missing, expected a text"},
-             {"wrong type", R"({"u_mps": 5})", 3, ": /u_mps: expected a text, got 5"},
+             {"wrong type", R"({"u_mps": 5})", 3,
+              ": /u_mps: expected a column's name, or {\"from\": 5} with its number, got 5"},
              {"key twice", R"({"u_mps": "a", "u_mps": "b"})", 3, ":1:16: /u_mps: the key stands twice"},
              {"not an object", "[1]", 3, ":1:1: expected an object, got [1]"}});
   check_all(kDatasetReaders, "dataset.json",
