@@ -361,11 +361,12 @@ void add_answer(Screen& screen, const Explanation& explanation, const Explained*
   }
   // The next likely one, and all others together.
   const Explained* second = nullptr;
-  double others = 0.0;
+  double others = 1.0;  // effects that were not fitted have their share
   for (const Explained& other : explanation.hypotheses) {
-    if (&other == what || (what == nullptr && other.effects.empty())) continue;
-    if (second == nullptr) second = &other;
-    others += other.probability;
+    if (&other == what || (what == nullptr && other.effects.empty()))
+      others -= other.probability;
+    else if (second == nullptr)
+      second = &other;
   }
   if (second == nullptr || others < kPolicy.show.possible) return;
   if (second->probability < kPolicy.show.possible)

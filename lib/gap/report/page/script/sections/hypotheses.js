@@ -18,9 +18,9 @@ const hypothesesSection = ({explanation}) => {
                   tip: `${short(h.probability)}: ${h.sentence}`,
                 })),
       {axis: 'probability', min: 0, max: 1});
-  const others = explanation.hypotheses.filter((h) => !shown.includes(h)).reduce((sum, h) => sum + h.probability, 0);
+  const others = 1 - shown.reduce((sum, h) => sum + h.probability, 0);  // also of effects that were not fitted
   const rows = shown.flatMap(rowsOfHypothesis);
-  if (others > 0)
+  if (others >= WORTH_A_ROW)
     rows.push({first: true, h: {name: 'others', probability: others, converged: true, log_evidence: null}});
   part.append(hypothesesTable(rows));
   priorBars(part, rows.filter(({h, p}) => p && isKnown(p.prior95?.[0]) && h.chosen));
