@@ -370,8 +370,7 @@ void add_answer(Screen& screen, const Explanation& explanation, const Explained*
   }
   if (second == nullptr || others < kPolicy.show.possible) return;
   if (second->probability < kPolicy.show.possible)
-    return screen.item("Others",
-                       fmt::format("probability {:.2f} in all, none more than {:.3f}", others, second->probability), 1);
+    return screen.item("Others", fmt::format("probability {:.2f} in all, none of them likely by itself", others), 1);
   const double rest = others - second->probability;
   screen.item("Runner-up",
               fmt::format("{}, probability {:.2f}{}{}", second->effects.empty() ? "nothing missing" : second->name,
