@@ -3,24 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <sys/resource.h>
 #include <system_error>
 #include <unistd.h>
 
 #include <fmt/format.h>
 
 #include "cli/messages.hpp"
+#include "core/parallel.hpp"
 
 namespace leeway::cli {
 namespace {
 
 constexpr std::chrono::seconds kShortWork{3};
-
-// A limited address space may leave a thread that begins without the memory that its wait needs.
-bool has_room_for_threads() {
-  rlimit limit{};
-  return ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
-}
 
 }  // namespace
 
@@ -38,7 +32,7 @@ Progress::Progress(std::string what, double total, const CommonOptions& options,
       terminal_(::isatty(STDERR_FILENO) == 1),
       lines_(lines),
       silence_(silence) {
-  if (quiet_ || terminal_ || total_ <= 0.0 || !has_room_for_threads()) return;
+  if (quiet_ || terminal_ || total_ <= 0.0 || threads_with_room() < 2) return;
   try {
     watch_ = std::jthread([this](const std::stop_token& stop) { break_silence(stop); });
   } catch (const std::system_error&) {  // no thread to be had: lines come with the work alone

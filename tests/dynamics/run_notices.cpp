@@ -20,9 +20,9 @@ TEST_CASE("run notices: revolutions that do not hold the speed are told with wha
   CHECK_THAT(*notice, Contains("1.5 m/s (--u0-mps)") && Contains("8 1/s (--n-p-rps)") &&
                           Contains(fmt::format("comes to {:.4g} m/s", steady_speed(ship, 8.0))) &&
                           Contains(fmt::format("{:.4g} 1/s would hold", n)));
-  // Beyond what the propeller can do, and from rest.
+  // Beyond what the propeller can do. From rest a ship gets under way: nothing to tell.
   CHECK_THAT(*speed_notice(ship, 10.0, 8.0), Contains("no revolutions within -18 to 18 1/s hold"));
-  CHECK(speed_notice(ship, 0.0, 8.0));
+  CHECK_FALSE(speed_notice(ship, 0.0, 8.0));
   CHECK_FALSE(speed_notice(ship, 0.0, 0.0));
   // A pilot's rudders slow the ship down, and cannot drive it.
   CHECK_FALSE(speed_notice(ship, 0.5, 8.0, true));
