@@ -172,6 +172,8 @@ void warn_of_run(const SimulatedShip& start, const SimOptions& opt, const std::s
             speed_notice(ship, start.surge_through_water(), start.actuators[propulsion.front().channel], is_piloted))
       warn_all({*notice});
   if (const auto notice = wind_notice(ship, opt.wind_speed_mps)) warn_all({*notice});
+  if (opt.wind_speed_mps == 0.0 && (opt.wind_dir_deg != 0.0 || opt.wind == "stochastic"))
+    warn_all({"there is no wind: its speed (--wind-speed-mps) is 0"});
   const double turning = deg_to_rad(opt.turning_rudder_deg), zigzag = deg_to_rad(opt.zigzag_rudder_deg);
   if (maneuver == "turning") warn_all(rudder_notices(ship, {turning}));
   if (maneuver == "zigzag") warn_all(rudder_notices(ship, {zigzag, -zigzag}));

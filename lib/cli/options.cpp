@@ -65,7 +65,9 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
     return kBadFile;
   } catch (const CLI::ParseError& error) {
     const std::string what = one_line(what_is_wrong(app, error));
-    say(fmt::format("{}: error: {}{} Try '{} --help'.\n", program, what, what.ends_with('?') ? "" : ".", program));
+    std::string called = program;
+    for (const CLI::App* sub : app.get_subcommands()) called += ' ' + sub->get_name();
+    say(fmt::format("{}: error: {}{} Try '{} --help'.\n", program, what, what.ends_with('?') ? "" : ".", called));
     return kUsage;
   }
   log_to_messages(program, options.verbose, options.quiet);
@@ -196,11 +198,19 @@ std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, c
   parallel_for(paths.size(), jobs, [&](std::size_t i) {
     recordings[i] = io::read_trajectory(paths[i], map ? &*map : nullptr, keep_unknown);
   });
-  std::set<std::string> names;
-  for (const Trajectory& recording : recordings)
-    names.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
-  const std::vector<std::string> ignored(names.begin(), names.end());
-  if (!ignored.empty()) spdlog::warn("columns that no tool knows are ignored: {}", io::listed(ignored));
+  std::set<std::string> ignored, absent;
+  for (const Trajectory& recording : recordings) {
+    ignored.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
+    if (!recording.ignored_columns.empty())
+      absent.insert(recording.absent_columns.begin(), recording.absent_columns.end());
+  }
+  const auto listed = [](const std::set<std::string>& names) {
+    return io::listed(std::vector<std::string>(names.begin(), names.end()));
+  };
+  if (!ignored.empty())
+    spdlog::warn(
+        "columns that no tool knows are ignored: {}{}", listed(ignored),
+        absent.empty() ? "" : fmt::format("; the columns map names columns that are not there: {}", listed(absent)));
   for (const DerivableChannel& derivable : kDerivableChannels) {
     const auto count = std::count_if(recordings.begin(), recordings.end(),
                                      [&](const Trajectory& r) { return r.is_derived(derivable.channel); });

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "core/errors.hpp"
+#include "core/similar_words.hpp"
 
 namespace leeway {
 namespace {
@@ -22,9 +23,9 @@ Eigen::Index place_of(const std::string& name, const CoefficientLaw& law, const 
   std::vector<std::string> known;
   for (const UncertainCoefficient& c : law.coefficients) known.push_back(c.name);
   known.emplace_back(kTiming);
-  throw InputError(
-      ship.file, 0, pointer,
-      fmt::format("'{}' is not an uncertain parameter of this ship; known: {}", name, fmt::join(known, ", ")));
+  throw InputError(ship.file, 0, pointer,
+                   fmt::format("'{}' is not an uncertain parameter of this ship{}; known: {}", name,
+                               did_you_mean(name, known), fmt::join(known, ", ")));
 }
 
 }  // namespace

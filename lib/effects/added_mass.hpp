@@ -13,7 +13,9 @@ struct AddedMass {
       .phrase =
           "another added mass: {k_mx%} {k_mx?more|less} ahead; {k_my%} {k_my?more|less} sideways; {k_Jz%} "
           "{k_Jz?more|less} in yaw",
-      .or_coefficient = "shallow water or another loading, or a wrong added mass; captive tests would tell",
+      .cause_of_less = "another loading",
+      .cause_of_more = "shallow water or another loading",
+      .or_coefficient = "a wrong added mass; captive tests would tell",
       .formula =
           "m_x k_mx, m_y k_my, J_z k_Jz; where a ship gives only I_zG + J_z, J_z is what remains of it after I_zG = m "
           "(0.25 L)^2, not below 0",

@@ -11,9 +11,10 @@ struct CrossFlowDrag {
       .number = "E18",
       .sentence = "The hull resists sideways flow more or less than the model says; seen at large drift and low speed.",
       .phrase = "{C_D_gain%} {C_D_gain?more|less} cross-flow drag",
+      .cause_of_less = "another loading",
+      .cause_of_more = "bilge keels or another loading",
       .or_coefficient =
-          "bilge keels or another loading, or a wrong coefficient of the cross-flow drag; recordings of a loading in "
-          "which the hull was tested would tell",
+          "a wrong coefficient of the cross-flow drag; recordings of a loading in which the hull was tested would tell",
       .formula = "C_D C_D_gain in Y = -(rho/2) d C_D Int |v + C_rY r x| (v + C_rY r x) dx, and in N",
       .source = "Yoshimura, Nakao & Ishibashi (2009), MARSIM",
       .look_alikes = "trim, center-of-gravity, shallow-water in turns",

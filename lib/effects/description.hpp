@@ -120,8 +120,10 @@ struct EffectInfo {
   /// parameters are not known, or not off. {name}: value and unit; {name%}: how far it is from where the effect
   /// vanishes, in per cent; {name!}: likewise in its unit; {name?above|below}: a word for each side of it.
   std::string_view phrase;
-  /// Of an effect that does nothing but multiply what a coefficient of the ship's file multiplies: both readings.
-  std::string_view or_coefficient = {};
+  /// Of an effect that does nothing but multiply what a coefficient of the ship's file multiplies, both readings: what
+  /// may have happened to the ship, if there is less (or more) of it than the file states, and which coefficient may be
+  /// wrong.
+  std::string_view cause_of_less = {}, cause_of_more = {}, or_coefficient = {};
   std::string_view formula, source;
   std::string_view look_alikes;  ///< to a person, with conditions, sensor faults and other things
   /// Effects that recordings distinguish badly from this one. The relation is symmetric: that one of two names the
@@ -139,6 +141,7 @@ struct EffectInfo {
   bool differs_by_recording = false;
   bool changes_depth = false;       ///< whether the water is no longer deep
   bool is_of_surroundings = false;  ///< water, wind, ice, shore and tugs: the ship itself is as its file says
+  std::string_view to_record = "";  ///< what would have told it, had it been recorded
   SearchStart search = SearchStart::linear_step;
   EnsembleForm to_ensemble = EnsembleForm::none;
 };

@@ -13,7 +13,8 @@ struct Fouling {
           "The hull resists more or less than the model says, ahead and astern, with a slightly different wake: rough "
           "or overgrown, or cleaner than thought.",
       .phrase = "{resistance_increase%} {resistance_increase?more|less} resistance",
-      .or_coefficient = "fouling, or a wrong coefficient of the resistance; recordings of the clean hull would tell",
+      .cause_of_more = "fouling",
+      .or_coefficient = "a wrong coefficient of the resistance; recordings of the clean hull would tell",
       .formula = "X_0 (1 + resistance_increase); w_P + 0.03 resistance_increase",
       .source = "size: Townsin and ITTC roughness allowance, Schultz (2007): up to 86 % more power when heavily fouled",
       .look_alikes = "thrust-loss, shallow-water, head wind",

@@ -13,9 +13,9 @@ struct RudderEffectiveness {
       .phrase =
           "{k_R%} {k_R?more|less} rudder force; {k_P%} {k_P?more|less} force of the port rudder; {k_S%} "
           "{k_S?more|less} force of the starboard rudder",
+      .cause_of_less = "a damaged or fouled rudder",
       .or_coefficient =
-          "a damaged or fouled rudder, or a wrong coefficient of the normal force; recordings with the rudder known to "
-          "be sound would tell",
+          "a wrong coefficient of the normal force; recordings with the rudder known to be sound would tell",
       .formula = "F_N k_R; of two rudders F_N,P k_R k_P and F_N,S k_R k_S",
       .source = "factor on the rudder's normal force",
       .look_alikes = "shallow-water, wake",

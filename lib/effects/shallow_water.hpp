@@ -32,6 +32,7 @@ struct ShallowWater {
       .needs_turns = true,
       .changes_depth = true,
       .is_of_surroundings = true,
+      .to_record = "the water depth",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"h_over_T", "water depth by draft; null: deep", kNone, kNone, 1.2, kUnbounded, log_normal(1.6, 0.4, 1.2, 20.0),

@@ -25,6 +25,7 @@ struct ShearedCurrent {
       .separating_maneuver = "crossing the shear twice, in both directions",
       .formula_sd = 0.0,
       .is_of_surroundings = true,
+      .to_record = "the current, or the speed through the water beside that over ground",
   };
   static constexpr Prior kGradient3 = normal(0.0, 0.005, -0.05, 0.05), kGradient150 = normal(0.0, 7e-4, -7e-3, 7e-3);
   static constexpr std::array<EffectParameter, 6> parameters{{

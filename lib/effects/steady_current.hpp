@@ -22,6 +22,7 @@ struct SteadyCurrent {
       .formula_sd = 0.0,
       .differs_by_recording = true,
       .is_of_surroundings = true,
+      .to_record = "the current, or the speed through the water beside that over ground",
       .to_ensemble = EnsembleForm::water_velocity,
   };
   static constexpr std::array<EffectParameter, 2> parameters{{

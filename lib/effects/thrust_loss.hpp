@@ -13,8 +13,8 @@ struct ThrustLoss {
           "The propeller gives another thrust at the same revolutions than the model says, and the rudder another "
           "slipstream.",
       .phrase = "{k_T%} {k_T?more|less} thrust",
-      .or_coefficient =
-          "a worn or fouled propeller, or a wrong K_T; a bollard pull, or recordings with a clean propeller would tell",
+      .cause_of_less = "a worn or fouled propeller",
+      .or_coefficient = "a wrong K_T; a bollard pull, or recordings with a clean propeller would tell",
       .formula = "K_T k_T, ahead and astern",
       .source = "factor on the ship's open-water curves",
       .look_alikes = "fouling, wake",

@@ -11,7 +11,7 @@ struct Tug {
       .name = "tug",
       .number = "E42",
       .sentence = "A tug pushes or pulls at one point of the ship for a while.",
-      .phrase = "a tow force: {force_N} towards {direction_deg} of the bow; from {t_start_s} to {t_end_s}",
+      .phrase = "a tow force: {force_N} towards {direction_deg} clockwise from the bow; from {t_start_s} to {t_end_s}",
       .formula = "(X, Y) = force (cos dir, sin dir) in ship axes, N = x Y - y X, for t_start <= t < t_end",
       .source = "statics",
       .look_alikes = "bank, mooring, fender, a gust",
@@ -20,6 +20,7 @@ struct Tug {
       .formula_sd = 0.0,
       .bound_to = BoundTo::time,
       .is_of_surroundings = true,
+      .to_record = "when tugs push or pull, and how hard",
       .search = SearchStart::interval,
   };
   static constexpr std::array<EffectParameter, 6> parameters{{

@@ -11,7 +11,8 @@ struct UnmeasuredWind {
   static constexpr EffectInfo info{
       .name = "unmeasured-wind",
       .number = "E10",
-      .sentence = "A steady wind blows that the recording does not hold; it adds to the wind that it does hold.",
+      .sentence =
+          "A steady wind blows that the recording does not hold; it comes to the wind that it does hold, if any.",
       .phrase = "an unrecorded wind of {wind_speed_mps} from {wind_dir_deg}",
       .formula =
           "w_T = w_T,recorded + wind_speed (cos dir, sin dir), vectors pointing to where the wind comes from; then the "
@@ -22,6 +23,7 @@ struct UnmeasuredWind {
       .separating_maneuver = "different ship speeds, reciprocal runs, and stopping to drift",
       .differs_by_recording = true,
       .is_of_surroundings = true,
+      .to_record = "the wind",
       .search = SearchStart::compass,
       .to_ensemble = EnsembleForm::wind_velocity,
   };

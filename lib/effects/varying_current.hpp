@@ -26,6 +26,7 @@ struct VaryingCurrent {
       .formula_sd = 0.0,
       .differs_by_recording = true,
       .is_of_surroundings = true,
+      .to_record = "the current, or the speed through the water beside that over ground",
       .search = SearchStart::course,
   };
   static constexpr std::size_t kCosines = 4;  ///< of the course, with the constant

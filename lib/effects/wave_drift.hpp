@@ -23,6 +23,7 @@ struct WaveDrift {
       .looks_like = {"unmeasured-wind", "earth-force"},
       .separating_maneuver = "a change of speed; runs in calm wind with swell; no correlation with gusts",
       .is_of_surroundings = true,
+      .to_record = "the waves",
   };
   static constexpr std::array<EffectParameter, 5> parameters{{
       {"hs_m", "significant wave height", 0.0, kNone, 0.0, kUnbounded, log_normal(0.01, 0.8, 0.0, 0.1),

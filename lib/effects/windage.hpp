@@ -12,8 +12,9 @@ struct Windage {
       .sentence = "The wind force differs from what the model says: deck cargo, other areas, other coefficients.",
       .phrase =
           "another wind force: {kX%} {kX?more|less} ahead; {kY%} {kY?more|less} sideways; {kN%} {kN?more|less} in yaw",
-      .or_coefficient =
-          "deck load or other areas, or a wrong wind coefficient; recordings with another deck load would tell",
+      .cause_of_less = "other areas above the water",
+      .cause_of_more = "deck load or other areas above the water",
+      .or_coefficient = "a wrong wind coefficient; recordings with another deck load would tell",
       .formula = "X_A kX, Y_A kY, N_A kN",
       .source = "gains on the ship's wind module (Fujiwara, Ueno & Nimura 1998)",
       .look_alikes = "anemometer (force goes with its square), draft, unmeasured-wind",

@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/errors.hpp"
+#include "dynamics/run_notices.hpp"
+#include "dynamics/straight_run.hpp"
 #include "gap/compare/current_course.hpp"
 #include "gap/compare/selection.hpp"
 #include "gap/compare/terms.hpp"
@@ -40,6 +43,19 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   found.error_share = selection.error;
   found.taken_share = 1.0 - energy(answer.fit.noise.sigma_w, L_pp) / energy(null.sigma_w, L_pp);
   return found;
+}
+
+// Revolutions that hold the usual speed of ship.json, where those of the ship file would not.
+std::optional<double> revolutions_of(Ship ship, const Explanation& explanation) {
+  ship.multiply(explanation.coefficient_factors);
+  ship.effects.insert(ship.effects.end(), explanation.effects.begin(), explanation.effects.end());
+  try {
+    if (ship.propulsion().empty() || !speed_notice(ship, ship.u0_mps, ship.propulsion().front().initial))
+      return std::nullopt;
+    return self_propulsion_n(ship, ship.u0_mps);
+  } catch (const NumericalError&) {
+    return std::nullopt;
+  }
 }
 
 // The verdict, and what is claimed.
@@ -98,6 +114,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   progress(0.96, "modules of the ship file, one by one");
   explanation.ship_file = judge_ship_file(answered, explanation);
   explanation.beyond_recorded = turning_beyond_recorded(answered, explanation);
+  explanation.n_rps = revolutions_of(ship, explanation);
 
   findings.grossly_inconsistent = errs_grossly(answer.fit.report);
   explanation.notices.insert(explanation.notices.begin(), findings.notices.begin(), findings.notices.end());

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "core/similar_words.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"
 
@@ -94,6 +95,12 @@ void read_file(const JsonObject& map_json, ColumnsMap& map) {
     map.position = PositionForm::latitude_longitude;
   map.scale_factor = file->number_or("scale_factor", 1.0, kScaleFactors);
   file->check_all_known();
+}
+
+std::vector<std::string> own_names() {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < kChannelCount; ++c) names.push_back(column_name(static_cast<Channel>(c)));
+  return names;
 }
 
 // What a key names: a column of leeway's form, or of the file's frame.
@@ -245,7 +252,8 @@ ColumnsMap columns_map_of(const Json& json, const std::string& name) {
       continue;
     }
     const auto column = meaning_of(key, map);
-    if (!column) object.fail(key, "unknown column name; docs/formats.md lists the names");
+    if (!column)
+      object.fail(key, "unknown column name; docs/formats.md lists the names" + did_you_mean(key, own_names()));
     if (!object.value(key).is_object()) {
       if (const Json& value = object.value(key); !value.is_string())
         object.fail(key,

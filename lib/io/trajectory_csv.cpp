@@ -102,10 +102,12 @@ class RecordingReader {
     }
   }
 
-  // Whether a channel that a map does not name may stand in a column of leeway's own name: not where the map says how
-  // else it comes about, nor where the file's axes are others than those that the name means.
-  static bool may_be_unnamed(const ColumnsMap& map, Channel channel) {
-    if (map.source_of(channel) != nullptr || map.derives(channel)) return false;
+  // Whether a channel that a map does not name, or names by a column that is not there, may stand in a column of
+  // leeway's own name: not where the map says how else it comes about, nor where the file's axes are others than those
+  // that the name means.
+  bool may_be_unnamed(const ColumnsMap& map, Channel channel) const {
+    const ColumnsMap::Source* source = map.source_of(channel);
+    if ((source != nullptr && !is_absent(source->from)) || map.derives(channel)) return false;
     switch (channel) {
       case Channel::t:
         return !map.clock && !map.sample_interval_s;
@@ -200,7 +202,10 @@ class RecordingReader {
   void find_mapped_columns(const ColumnsMap& map) {
     is_used_.resize(csv_.header().size());
     for (const ColumnsMap::Source& source : map.columns) {
-      if (is_absent(source.from) && !is_needed(map, source.channel)) continue;
+      if (is_absent(source.from) && !is_needed(map, source.channel)) {
+        trajectory_.absent_columns.push_back(source.from.name);
+        continue;
+      }
       const std::size_t field = field_of(source.from);
       if (is_used_[field])
         throw InputError(csv_.file(), csv_.line(), csv_.column_text(field),

@@ -113,6 +113,7 @@ struct Trajectory {
   std::string name;                                     ///< file name without folder and extension
   std::string file;                                     ///< as the user named it, for messages
   std::vector<std::string> ignored_columns;             ///< columns of the file that no tool knows
+  std::vector<std::string> absent_columns;              ///< that the columns map names and the file does not have
   std::vector<std::vector<std::string>> ignored_texts;  ///< what stands in them; empty unless the reader was to keep it
   LongestStep longest_step;
   std::array<std::vector<double>, kChannelCount> columns;

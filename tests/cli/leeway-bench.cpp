@@ -56,6 +56,5 @@ TEST_CASE("leeway-bench: an option that the benchmark would ignore is refused", 
     check_refused(benchmark + " --kernel mmx", "error: kernel 'mmx' is unknown or not available on this processor");
   check_refused("sim --kernel portable", "error: --kernel does not apply to the benchmark 'sim'");
   check_refused("gap --kernel auto", "error: --kernel does not apply to the benchmark 'gap'");
-  check_refused("sim --jobs 2", "error: --jobs does not apply to the benchmark 'sim'");
   check_refused("fly", "error: benchmark");
 }

@@ -120,8 +120,9 @@ void leave_out_repeated_noise(Campaign& campaign) {
     thinned[every * campaign.step_s].push_back(column_name(kMeasured[static_cast<std::size_t>(c)]));
   }
   for (const auto& [every_s, columns] : thinned)
-    campaign.notices.push_back(fmt::format("the noise of {} is correlated; of it, a measurement every {:.3g} s is used",
-                                           fmt::join(columns, ", "), every_s));
+    campaign.notices.push_back(
+        fmt::format("errors of neighboring samples of {} are alike: one measurement every {:.3g} s is used",
+                    fmt::join(columns, ", "), every_s));
 }
 
 }  // namespace

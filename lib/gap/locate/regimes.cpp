@@ -73,16 +73,16 @@ void describe(Regime& regime, const Centered& of, const Eigen::Vector2d& b, cons
     regime.relation = "harmonic";
     double largest_deg = std::atan2(beta[1] * scale[1], beta[0] * scale[0]) / kDegree;
     if (largest_deg < 0.0) largest_deg += 360.0;
-    regime.sentence = fmt::format("{} residual turns with the {}, largest at {:.0f} deg, {:.0f} % of its variance",
+    regime.sentence = fmt::format("what is missing in {} turns with the {}, largest at {:.0f} deg ({:.0f} % of it)",
                                   axis_name, variable.words, largest_deg, percent);
   } else if (linear >= quadratic) {
     regime.relation = "linear";
-    regime.sentence = fmt::format("{} residual {} with the {}, {:.0f} % of its variance", axis_name,
+    regime.sentence = fmt::format("what is missing in {} {} with the {} ({:.0f} % of it)", axis_name,
                                   beta[0] > 0.0 ? "grows" : "falls", variable.words, percent);
   } else {
     regime.relation = "quadratic";
     regime.sentence =
-        fmt::format("{} residual is {} where the {} is far from {:.2g}{}, {:.0f} % of its variance", axis_name,
+        fmt::format("what is missing in {} is {} where the {} is far from {:.2g}{} ({:.0f} % of it)", axis_name,
                     beta[1] > 0.0 ? "larger" : "smaller", variable.words, of.mean * variable.per_unit,
                     variable.unit.empty() ? "" : " " + variable.unit, percent);
   }

@@ -399,6 +399,7 @@ struct ShowPolicy {
   double likelier_nats = 3.0;  ///< [nats] by which coefficients fitted anew must be more likely than those of the ship file | origin: choice
   std::int64_t module_steps = 6;  ///< [steps] of a fit of one module's coefficients alone | origin: choice, time
   double difference_sd = 1e-2;  ///< [posterior sd] of a coefficient, for the slope of a module's force | origin: choice, rounding
+  double equal_factors = 0.01;  ///< [-] of their logarithms: below it two numbers of a module changed alike | origin: choice
   std::size_t most_changes = 3;  ///< [quantities] of one module that are told | origin: choice
   double same_log_factor = 1e-3;  ///< [ln] of the factor on a coefficient: nearer to 1 is not written down | origin: choice
   double as_much_rudder = 0.9;  ///< [-] of the rudder of a turning circle: as much was recorded | origin: choice

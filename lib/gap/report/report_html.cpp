@@ -165,8 +165,10 @@ Json drawn(const FreeTrack& track, std::size_t limit) {
           {"measured_y0_m", picked(lines[3], at, 7)}, {"velocities", velocities}};
 }
 
-std::string page_of(const Findings& findings, const Json& explanation, const std::string& summary,
-                    const std::string& title, const std::string& provenance) {
+std::string page_of(const Findings& findings, const Json& explanation, const std::vector<Step>& steps,
+                    const std::string& summary, const std::string& title, const std::string& provenance) {
+  Json to_do = Json::array();
+  for (const Step& step : steps) to_do.push_back({{"text", step.text}, {"command", step.command}});
   Json recordings = Json::array();
   const std::size_t limit =
       std::min(kPolicy.report.points_per_line,
@@ -177,6 +179,7 @@ std::string page_of(const Findings& findings, const Json& explanation, const std
                                       {"provenance", provenance},
                                       {"findings", to_json(findings)},
                                       {"explanation", explanation},
+                                      {"steps", to_do},
                                       {"recordings", recordings}});
   const std::string escaped_title = escaped(title), escaped_summary = escaped(summary);
   const std::pair<std::string_view, std::string_view> parts[] = {
@@ -201,7 +204,7 @@ std::string page_of(const Findings& findings, const Json& explanation, const std
 }  // namespace
 
 std::string report_html(const Findings& findings, const std::string& title, const std::string& provenance) {
-  return page_of(findings, nullptr, summary(findings), title, provenance);
+  return page_of(findings, nullptr, steps(findings), summary(findings), title, provenance);
 }
 
 std::string report_html(const Explanation& explanation, const std::string& title, const std::string& provenance) {
@@ -222,7 +225,7 @@ std::string report_html(const Explanation& explanation, const std::string& title
     for (const Residual& residual : explanation.residuals_after)
       json["residuals_after"].push_back(
           drawn(residual, std::clamp<std::size_t>(limit, 100, kPolicy.report.points_per_line)));
-  return page_of(explanation.findings, json, summary(explanation), title, provenance);
+  return page_of(explanation.findings, json, steps(explanation), summary(explanation), title, provenance);
 }
 
 }  // namespace leeway::gap

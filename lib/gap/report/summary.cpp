@@ -107,7 +107,8 @@ std::string model_error(const NullFit& fit, int axis) {
                      percent(fit.sigma_w(axis) / fit.typical(axis)));
 }
 
-void add_where(Screen& screen, const Findings& findings) {
+// Where what is missing acts; with a name for it, what else goes with it says no more.
+void add_where(Screen& screen, const Findings& findings, bool is_named) {
   const Located& located = findings.located;
   if (located.share.sum() > 0.0 && findings.verdict != Verdict::no_mismatch) {
     std::array<int, 3> axes{0, 1, 2};
@@ -140,6 +141,7 @@ void add_where(Screen& screen, const Findings& findings) {
                                               i.is_untrained() ? fmt::format("; {}", kUntrained) : "");
                          }),
                 3);
+  if (is_named) return;
   if (!located.frames.empty() && located.frames.front().log_evidence > kPolicy.report.least_evidence)
     screen.item("Frame",
                 fmt::format("what acts {}{}: this explains {} of it",
@@ -190,10 +192,11 @@ bool changes_ship(const Explanation& explanation) {
 }
 
 // What names what is missing, with the recordings of this call.
-void add_gap_explain(Screen& screen, const Called& called) {
-  if (called.ship.empty()) return;
-  screen.command(fmt::format("gap-explain --ship {} {} -o {}", called.ship, called.recordings,
-                             shell_word(without_slash(called.output) + "-explained")));
+std::string gap_explain_command(const Findings& findings) {
+  const Called& called = findings.called;
+  if (called.ship.empty() || findings.verdict != Verdict::mismatch || findings.ensemble) return "";
+  return fmt::format("gap-explain --ship {} {} -o {}", called.ship, called.recordings,
+                     shell_word(without_slash(called.output) + "-explained"));
 }
 
 std::string capitals(Verdict verdict) {
@@ -251,10 +254,40 @@ std::string next_recording(const Explanation& explanation) {
       now, then, best.name);
 }
 
-bool are_of_surroundings(const std::vector<std::string>& names) {
-  return std::all_of(names.begin(), names.end(), [](const std::string& name) {
-    return find_effect(name) && effect_named(name).info.is_of_surroundings;
+bool names_unknown(const Explanation& explanation) {
+  return std::any_of(explanation.chosen.begin(), explanation.chosen.end(),
+                     [](const std::string& name) { return search_start(name) == SearchStart::terms; });
+}
+
+// What would have told effects of the surroundings, each once.
+std::string to_record(const std::vector<std::string>& names) {
+  std::vector<std::string_view> told;
+  for (const std::string& name : names)
+    if (const std::string_view what = effect_named(name).info.to_record;
+        !what.empty() && std::find(told.begin(), told.end(), what) == told.end())
+      told.push_back(what);
+  return told.empty() ? "" : fmt::format(". In later runs record {}", fmt::join(told, ", and "));
+}
+
+// Of effects that were named: what came from outside is apart from what happened to the ship.
+std::string advice_on(const std::vector<std::string>& named, const Explanation& explanation) {
+  std::vector<std::string> outside;
+  std::copy_if(named.begin(), named.end(), std::back_inserter(outside),
+               [](const std::string& name) { return find_effect(name) && effect_named(name).info.is_of_surroundings; });
+  const bool is_once = std::all_of(named.begin(), named.end(), [](const std::string& name) {
+    return find_effect(name) && effect_named(name).info.bound_to == BoundTo::time;
   });
+  if (outside.size() == named.size() && is_once)
+    return "the ship file can stay: what acted came from outside. Leave that time out, or find out what it was" +
+           to_record(outside);
+  if (outside.size() == named.size())
+    return fmt::format("the ship file can stay: what acted came from outside{}{}",
+                       explanation.effects.empty() ? "" : ", and ship.json has it for such conditions",
+                       to_record(outside));
+  if (outside.empty()) return "use ship.json as long as the ship is so; with the cause mended, the ship file";
+  return "use ship.json as long as the ship is so and where the same comes from outside: it has both. With the cause "
+         "mended, or elsewhere, take that effect out of ship.json" +
+         to_record(outside);
 }
 
 // What somebody who has read no more than this should do.
@@ -263,33 +296,36 @@ std::string advice(const Explanation& explanation) {
   if (!findings.conventions.contradicted.empty())
     return "correct signs, units and frames as said above (a columns map, or the recorder's manual), then run again";
   if (!findings.audit.faults.empty())
-    return findings.corrected ? "repair the sensor, or correct its recordings as said above; what follows was found "
-                                "with them corrected"
+    return findings.corrected ? "repair the sensor, or correct its recordings as said above, and run again; the ship "
+                                "file was compared with them corrected"
                               : "repair or correct the sensors, then run again";
-  std::vector<std::string> named;
-  bool is_unknown = false;
-  for (const std::string& name : explanation.chosen)
-    if (search_start(name) == SearchStart::terms)
-      is_unknown = true;
-    else
-      named.push_back(name);
-  if (!named.empty() && !is_unknown)
-    return are_of_surroundings(named)
-               ? (explanation.effects.empty()
-                      ? "the ship file can stay: what acted came from outside"
-                      : "the ship file can stay: what acted came from outside, and ship.json has "
-                        "it for such conditions")
-               : "use ship.json as long as the ship is so; with the cause mended, the ship file";
+  std::vector<std::string> named = explanation.chosen;
+  std::erase_if(named, [](const std::string& name) { return search_start(name) == SearchStart::terms; });
+  const bool is_unknown = names_unknown(explanation);
+  if (!named.empty() && !is_unknown) return advice_on(named, explanation);
   const bool is_off = explanation.ship_file.state == ShipFileState::off;
-  if (is_off && !explanation.coefficient_factors.empty() &&
-      (!is_unknown || !fall_of_errors(explanation.heldout).empty()))
-    return "use ship.json, whose coefficients were fitted, in place of the ship file";
-  if (is_off && !is_unknown) return "check the coefficients named above in the ship file";
+  const bool is_better = !fall_of_errors(explanation.heldout).empty();
   if (is_unknown)
-    return "look in report.html when and where it acts: what is not in the catalogue has to be thought of";
+    return fmt::format(
+        "{}, and do not trust it where this acts: report.html shows when and with what it goes. Record "
+        "the same maneuvers again, and look there for what the catalogue does not hold",
+        changes_ship(explanation) && is_better ? "use ship.json, which errs less, in place of the ship "
+                                                 "file"
+                                               : "keep the ship file");
+  if (is_off && !explanation.coefficient_factors.empty())
+    return "use ship.json, whose coefficients were fitted, in place of the ship file";
+  if (is_off) return "check the coefficients named above in the ship file";
   if (explanation.verdict == Verdict::no_mismatch && explanation.ship_file.state == ShipFileState::as_stated)
     return "use the ship file as it is";
   return "record more before anything is changed: other headings, speeds and maneuvers than these";
+}
+
+// That a single recording has nobody to check it.
+std::string check_of_one(const Explanation& explanation) {
+  const bool is_one = explanation.findings.residuals.size() == 1 && !explanation.heldout_is_given;
+  return is_one && explanation.verdict == Verdict::mismatch
+             ? ". First record another run on another heading: one recording alone checks nothing of this"
+             : "";
 }
 
 // What to record next; empty where nothing would tell more.
@@ -303,33 +339,52 @@ std::string next_step(const Explanation& explanation, const Explained* what) {
   return explanation.next.empty() ? "" : next_recording(explanation);
 }
 
-// Commands that run as they stand: the maneuver to record, and ship.json where it differs from the ship as it was.
-void add_commands(Screen& screen, const Explanation& explanation) {
+// ship.json, where it differs from the ship as it was and errs less, in a command that runs as it stands.
+std::string use_of_ship(const Explanation& explanation) {
   const Called& called = explanation.findings.called;
-  if (called.ship.empty()) return;
-  if (!explanation.next.empty()) {
-    const Recommended which = recommended(explanation.next, explanation.p_right);
-    if (which.is_worthwhile)
-      screen.command(fmt::format("mmg-sim {} --ship {} -o planned.csv   # what to expect of it",
-                                 explanation.next[which.place].command, called.ship));
+  if (called.ship.empty() || !changes_ship(explanation)) return "";
+  if (names_unknown(explanation) && fall_of_errors(explanation.heldout).empty()) return "";
+  return fmt::format("mmg-sim zigzag --ship {} --rudder-deg 10 --heading-deg 10{} -o zigzag.csv",
+                     shell_word(without_slash(called.output) + "/ship.json"),
+                     explanation.n_rps ? fmt::format(" --n-p-rps {:.4g}", *explanation.n_rps) : "");
+}
+
+// The maneuver to record, likewise.
+std::string plan(const Explanation& explanation) {
+  const Called& called = explanation.findings.called;
+  if (called.ship.empty() || explanation.next.empty()) return "";
+  const Recommended which = recommended(explanation.next, explanation.p_right);
+  return which.is_worthwhile ? fmt::format("mmg-sim {} --ship {} -o planned.csv   # what to expect of it",
+                                           explanation.next[which.place].command, called.ship)
+                             : "";
+}
+
+const Explained* chosen_of(const Explanation& explanation) {
+  const auto chosen = std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
+                                   [](const Explained& hypothesis) { return hypothesis.is_chosen; });
+  return chosen == explanation.hypotheses.end() ? nullptr : &*chosen;
+}
+
+void add_steps(Screen& screen, const std::vector<Step>& steps) {
+  for (const Step& step : steps) {
+    if (!step.text.empty()) screen.item(step.label, step.text, 5);
+    if (!step.command.empty()) screen.command(step.command);
   }
-  if (changes_ship(explanation))
-    screen.command(fmt::format("mmg-sim zigzag --ship {} --rudder-deg 10 --heading-deg 10 -o zigzag.csv",
-                               shell_word(without_slash(called.output) + "/ship.json")));
 }
 
 void add_ship_file(Screen& screen, const Explanation& explanation) {
   const ShipFile& file = explanation.ship_file;
-  screen.item("Ship file", file.sentence, 5);
+  screen.item("Ship file", file.sentence, 8);
   if (file.state == ShipFileState::off && file.heldout_gain > 0.0)
     screen.item(
-        "", fmt::format("with all coefficients fitted it {}", gain_words(file.heldout_gain, file.heldout_gain_sd)), 2);
+        "", fmt::format("With all coefficients fitted it {}", gain_words(file.heldout_gain, file.heldout_gain_sd)), 2);
   if (const auto& beyond = explanation.beyond_recorded)
     screen.item(
         "",
-        fmt::format("Warning: fitted to rudder angles up to {:.0f} deg. At {:.0f} deg ship.json turns with a tactical "
-                    "diameter of {} ship lengths (95 %)",
-                    beyond->recorded_deg, beyond->rudder_deg, between(beyond->low_L, beyond->high_L)),
+        fmt::format(
+            "Warning: fitted to rudder angles up to {:.0f} deg. At {:.0f} deg in still water ship.json turns with "
+            "a tactical diameter of {} ship lengths (95 %, if the forms of its forces hold there)",
+            beyond->recorded_deg, beyond->rudder_deg, between(beyond->low_L, beyond->high_L)),
         2);
 }
 
@@ -346,7 +401,7 @@ void add_answer(Screen& screen, const Explanation& explanation, const Explained*
     screen.item("What",
                 fmt::format("{} (probability {:.2f}{})", what->sentence, what->probability,
                             what->converged ? "" : "; its fit has not converged"),
-                3);
+                6);
     for (const ExplainedParameter& p : what->parameters)
       if (is_shown(p, *what))
         screen.item("",
@@ -354,29 +409,34 @@ void add_answer(Screen& screen, const Explanation& explanation, const Explained*
                                 p.is_at_bound ? ": at the bound of what is possible" : ""),
                     1);
     if (!what->confusable_with.empty())
-      screen.item("Or else",
+      screen.item("Confusable",
                   fmt::format("{}; what would distinguish them: {}", fmt::join(what->confusable_with, ", "),
                               what->separating_maneuver),
                   3);
   }
   // The next likely one, and all others together.
-  const Explained* second = nullptr;
+  const Explained *nothing = nullptr, *second = nullptr;
   double others = 1.0;  // effects that were not fitted have their share
   for (const Explained& other : explanation.hypotheses) {
-    if (&other == what || (what == nullptr && other.effects.empty()))
+    if (what == nullptr && other.effects.empty()) nothing = &other;
+    if (&other == what || &other == nothing)
       others -= other.probability;
     else if (second == nullptr)
       second = &other;
   }
   if (second == nullptr || others < kPolicy.show.possible) return;
-  if (second->probability < kPolicy.show.possible)
-    return screen.item("Others", fmt::format("probability {:.2f} in all, none of them likely by itself", others), 1);
-  const double rest = others - second->probability;
-  screen.item("Runner-up",
-              fmt::format("{}, probability {:.2f}{}{}", second->effects.empty() ? "nothing missing" : second->name,
-                          second->probability, second->converged ? "" : " (its fit has not converged)",
-                          rest < kPolicy.show.possible ? "" : fmt::format("; all others {:.2f}", rest)),
-              1);
+  const Explained* best = nothing != nullptr ? nothing : what;
+  const bool is_apart = best == nullptr || second->probability > kPolicy.show.not_excluded * best->probability;
+  const double rest = is_apart ? others - second->probability : others;
+  std::vector<std::string> told;
+  if (nothing != nullptr) told.push_back(fmt::format("nothing missing {:.2f}", nothing->probability));
+  if (is_apart)
+    told.push_back(fmt::format("{} {:.2f}{}", second->effects.empty() ? "nothing missing" : second->name,
+                               second->probability, second->converged ? "" : " (its fit has not converged)"));
+  if (rest > kPolicy.show.possible)
+    told.push_back(
+        fmt::format("all {} {:.2f}, none of them likely by itself", is_apart ? "others" : "other effects", rest));
+  screen.item(what == nullptr ? "Probability" : "Or else", fmt::format("{}", fmt::join(told, "; ")), 2);
 }
 
 void add_learned(Screen& screen, const Explanation& explanation) {
@@ -419,6 +479,15 @@ void add_errors(Screen& screen, const Explanation& explanation) {
 
 }  // namespace
 
+std::vector<Step> steps(const Findings& findings) {
+  return {{"Next", next_step(findings), gap_explain_command(findings)}};
+}
+
+std::vector<Step> steps(const Explanation& explanation) {
+  return {{"Do", advice(explanation) + check_of_one(explanation), use_of_ship(explanation)},
+          {"Next", next_step(explanation, chosen_of(explanation)), plan(explanation)}};
+}
+
 std::string summary(const Findings& findings) {
   const Detection& detection = findings.detection;
   Screen screen;
@@ -430,7 +499,7 @@ std::string summary(const Findings& findings) {
 
   for (int axis = 0; axis < 3; ++axis) screen.item(axis == 0 ? "Model error" : "", model_error(findings.fit, axis), 1);
 
-  add_where(screen, findings);
+  add_where(screen, findings, false);
   add_parameters(screen, findings.fit.parameters);
 
   const auto same = [](const std::string& s) -> const std::string& { return s; };
@@ -441,8 +510,7 @@ std::string summary(const Findings& findings) {
   if (findings.audit.verdict() != Audit::Verdict::unchecked)
     unknown.insert(unknown.end(), findings.audit.notices.begin(), findings.audit.notices.end());
   if (!unknown.empty()) screen.item("Note", first_of(unknown, 3, 3, same), 3);
-  screen.item("Next", next_step(findings), 2);
-  if (findings.verdict == Verdict::mismatch && !findings.ensemble) add_gap_explain(screen, findings.called);
+  add_steps(screen, steps(findings));
   return std::move(screen).text();
 }
 
@@ -451,13 +519,16 @@ std::string summary(const Explanation& explanation) {
   Screen screen;
   screen.item(
       "Verdict",
-      fmt::format("{} ({}). {}", capitals(explanation.verdict), p_value(explanation.p_value), headline(explanation)),
-      6);
+      fmt::format("{} ({}). {}",
+                  explanation.verdict == Verdict::no_mismatch && explanation.ship_file.state == ShipFileState::off
+                      ? "SHIP FILE OFF"
+                      : capitals(explanation.verdict),
+                  p_value(explanation.p_value), headline(explanation)),
+      8);
   add_sensors(screen, findings);
-  if (explanation.verdict != Verdict::no_mismatch) add_where(screen, findings);
-  const auto chosen = std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
-                                   [](const Explained& hypothesis) { return hypothesis.is_chosen; });
-  const Explained* what = chosen == explanation.hypotheses.end() ? nullptr : &*chosen;
+  if (explanation.verdict == Verdict::mismatch)
+    add_where(screen, findings, explanation.is_complete && !names_unknown(explanation));
+  const Explained* what = chosen_of(explanation);
   add_answer(screen, explanation, what);
   add_learned(screen, explanation);
   add_ship_file(screen, explanation);
@@ -465,9 +536,7 @@ std::string summary(const Explanation& explanation) {
   if (!explanation.notices.empty())
     screen.item("Note",
                 first_of(explanation.notices, 3, 3, [](const std::string& s) -> const std::string& { return s; }), 3);
-  screen.item("Do", advice(explanation), 2);
-  if (const std::string next = next_step(explanation, what); !next.empty()) screen.item("Next", next, 3);
-  add_commands(screen, explanation);
+  add_steps(screen, steps(explanation));
   return std::move(screen).text();
 }
 

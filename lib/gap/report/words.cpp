@@ -93,15 +93,19 @@ std::string physics_of(const Explanation& explanation) {
                      clauses.size() > 1 ? "" : "s", is_unknown ? " in part; the rest is not in the catalogue" : "");
 }
 
-// The findings that matter most.
-std::string file_is_off(const Explanation& explanation) {
+// The findings on the ship file that matter most.
+std::string findings_of(const Explanation& explanation) {
   const std::vector<ShipFileFinding>& findings = explanation.ship_file.findings;
+  if (findings.empty()) return "several coefficients, none of them by itself";
   std::vector<std::string> told;
   for (const ShipFileFinding& finding : findings)
     if (told.size() < kPolicy.report.most_findings) told.push_back(finding.sentence);
-  std::string text = told.empty() ? "the ship file is off in several coefficients together"
-                                  : fmt::format("the ship file is off: {}", fmt::join(told, "; "));
-  if (findings.size() > told.size()) text += fmt::format("; {} more", findings.size() - told.size());
+  return fmt::format("{}{}", fmt::join(told, "; "),
+                     findings.size() > told.size() ? fmt::format("; {} more", findings.size() - told.size()) : "");
+}
+
+std::string file_is_off(const Explanation& explanation) {
+  std::string text = "the ship file is off: " + findings_of(explanation);
   const std::string fall = fall_of_errors(explanation.heldout);
   if (!explanation.coefficient_factors.empty() && !fall.empty())
     text += fmt::format("; with ship.json errors fall {}", fall);
@@ -152,6 +156,9 @@ std::string headline(const Explanation& explanation) {
     return fmt::format(
         "{}. Beside that, {} of the typical acceleration is left, which no effect of the catalogue explains.{}",
         capitalized(file_is_off(explanation)), percent(error_share(explanation.findings.fit)), unchecked);
+  if (explanation.verdict == Verdict::mismatch && clauses_of(explanation).empty() && is_off)
+    return fmt::format("{}; what the fit changed of the ship file may stand for it ({}).{}", physics,
+                       findings_of(explanation), unchecked);
   if (is_off)
     return fmt::format("{}{} {}.{}", physics, explanation.verdict == Verdict::mismatch ? ". Besides," : ";",
                        file_is_off(explanation), unchecked);

@@ -113,6 +113,7 @@ struct Explanation {
   BeforeAfter train, heldout;
   ShipFile ship_file;  ///< what is said of it beside that
   std::optional<BeyondRecorded> beyond_recorded;
+  std::optional<double> n_rps;  ///< hold the usual speed of ship.json, where those of the file do not
   /// Where something is unknown: a small network on top of ship.json, if it predicts what is left out in turn better
   /// than the ship does without; mean logarithm of the errors of free runs there.
   std::shared_ptr<const ResidualNetwork> residual_network;

@@ -23,6 +23,7 @@ struct ModuleChange {
   std::string unit;                  ///< of `before` and `after`
   double before = 0.0, after = 0.0;  ///< by the ship's file, and with the coefficients that were fitted
   FileFactor by;                     ///< after/before
+  std::string by_effect{};           ///< of the catalogue, if one does the same
 };
 
 /// A module whose coefficients alone were fitted, all others as the file has them.

@@ -215,8 +215,8 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   const bool has_track = has_enough(windows, Kinematics::track), has_heading = has_enough(windows, Kinematics::heading);
   if ((!has_track && !has_heading) || windows.unit_count() < kPolicy.sensors.fewest_units) {
     result.notices.push_back(fmt::format(
-        "too little to check the kinematics: {} windows of {:.0f} s with a track, {} with heading and yaw rate; {} are "
-        "needed",
+        "too little was recorded to compare track and velocities ({} stretches of {:.0f} s), or heading and yaw rate "
+        "({}); {} are needed",
         windows.windows(Kinematics::track), windows.window_s() * options.scale.time,
         windows.windows(Kinematics::heading), kPolicy.sensors.fewest_windows));
     return result;

@@ -235,6 +235,11 @@ void show_before_after(const Answered& answered, std::vector<Trajectory>& heldou
   if (answered.options.locate.progress) answered.options.locate.progress(0.9, "free runs before and after");
   explanation.heldout_gain = answered.answer.gain;
   explanation.heldout_gain_sd = answered.answer.gain_sd;
+  for (const Explained& hypothesis : explanation.hypotheses)
+    if (hypothesis.is_chosen && std::isfinite(hypothesis.heldout_gain)) {
+      explanation.heldout_gain = hypothesis.heldout_gain;
+      explanation.heldout_gain_sd = hypothesis.heldout_gain_sd;
+    }
   explanation.heldout_is_given = !heldout.empty();
   if (heldout.empty()) {
     runs.show_fitted();

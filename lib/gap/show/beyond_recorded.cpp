@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "dynamics/indices.hpp"
 #include "dynamics/maneuvers.hpp"
+#include "effects/registry.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/show/left_out.hpp"
 
@@ -43,10 +44,13 @@ double tactical_diameter(const Ship& ship, double rudder, double time_scale) {
   }
 }
 
+bool is_of_surroundings(const EffectEntry& entry) { return effect_named(entry.type).info.is_of_surroundings; }
+
 }  // namespace
 
 std::optional<BeyondRecorded> turning_beyond_recorded(const Answered& of, const Explanation& explanation) {
-  if (explanation.coefficient_factors.empty() && explanation.effects.empty()) return std::nullopt;
+  if (explanation.coefficient_factors.empty() && std::ranges::all_of(explanation.effects, is_of_surroundings))
+    return std::nullopt;  // the ship is as its file says
   const Ship& ship = of.campaign.ship;
   double limit = 0.0;
   for (const Actuator& actuator : ship.actuators)
@@ -68,7 +72,9 @@ std::optional<BeyondRecorded> turning_beyond_recorded(const Answered& of, const 
     const Eigen::VectorXd drawn = fit.theta + std::sqrt(of.answer.kappa) * Eigen::VectorXd(llt.matrixU().solve(normal));
     const Eigen::VectorXd theta = d == 0 ? fit.theta : drawn;
     Ship one = of.answer.hypothesis.applied_to(ship, theta.segment(coefficients, fit.effects));
-    if (!explanation.coefficient_factors.empty()) one.multiply(coefficient_changes(fit, theta));
+    std::erase_if(one.effects, is_of_surroundings);  // in still water and calm air
+    // Coefficients that ship.json leaves as they are have errors all the same.
+    one.multiply(coefficient_changes(fit, explanation.coefficient_factors.empty() ? theta - fit.theta : theta));
     found[d] = tactical_diameter(one, rudder, of.campaign.time_scale());
   });
   const double best = found.front();

@@ -123,7 +123,11 @@ std::string sentence_of(const EffectInfo& info, const std::vector<ExplainedParam
   if (search_start(info.name) == SearchStart::terms) return std::string(info.sentence);
   const std::string what = capitalized(phrase(std::string(info.name), parameters));
   if (info.or_coefficient.empty()) return fmt::format("{}. {}", what, info.sentence);
-  return fmt::format("{} than the ship file states. That is {}.", what, info.or_coefficient);
+  const std::string_view cause = what.find(" less ") != std::string::npos   ? info.cause_of_less
+                                 : what.find(" more ") != std::string::npos ? info.cause_of_more
+                                                                            : std::string_view();
+  return fmt::format("{} than the ship file states. That is {}{}{}.", what, cause, cause.empty() ? "" : ", or ",
+                     info.or_coefficient);
 }
 
 Explained explained(const Fitted& fitted, const Fitted& none, const Campaign& campaign) {
@@ -179,7 +183,12 @@ SensorHypothesis sensor_hypothesis(const Findings& findings) {
     sensors.said.push_back(std::move(said));
     found.all_chance = 1.0 - (1.0 - found.all_chance) * (1.0 - std::clamp(p_value, 0.0, 1.0));
   };
-  for (const Reading& reading : findings.conventions.contradicted) add({"convention", reading.sentence, ""}, 0.0);
+  for (const Reading& reading : findings.conventions.contradicted) {
+    add({"convention", capitalized(reading.premise.substr(reading.premise.find(' ') + 1)) + ".", ""}, 0.0);
+    // Nothing is fitted to tell a reading, so that its likelihood is that of unseen data.
+    sensors.log_evidence += reading.log_odds;
+    sensors.heldout_gain += reading.log_odds;
+  }
   for (const Fault& fault : findings.audit.faults) {
     add({fault.name, fault.sentence, fault.separating_maneuver}, fault.p_value);
     sensors.log_evidence += fault.heldout_gain;
@@ -210,10 +219,10 @@ void note_unconverged_none(Explanation& explanation, const std::vector<Fitted>& 
     const double gained = explanation.hypotheses[i].log_evidence;
     if (gained < kPolicy.decide.strong_odds || !does_nothing(all[i])) continue;
     explanation.hypotheses.front().converged = false;
-    explanation.notices.push_back(
-        fmt::format("{} does nothing where it fits best, and yet the recordings are likelier with it by {:.0f} "
-                    "(log-likelihood): the fit with nothing missing has not converged, and gains against it say little",
-                    explanation.hypotheses[i].name, gained));
+    explanation.notices.push_back(fmt::format(
+        "the fit with nothing missing has not converged ({} does nothing where it fits best, and gains {:.0f} "
+        "in log-likelihood): how likely each effect is, and what it gains, is known badly",
+        explanation.hypotheses[i].name, gained));
     return;
   }
 }

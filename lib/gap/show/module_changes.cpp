@@ -19,6 +19,7 @@ namespace {
 struct Quantity {
   std::string name, where, unit;
   std::function<double(const Ship&)> of;
+  std::string by_effect{};  // that does nothing but change it
 };
 
 constexpr const char* kRevolutions = "1/s";
@@ -48,7 +49,7 @@ std::vector<Quantity> of_hull(const UsualConditions& usual) {
   const std::string drifting = fmt::format("at {:.2g} deg of drift", std::atan2(v, u) / kDegree),
                     turning = fmt::format("at {:.2g} deg/s", r / kDegree);
   std::vector<Quantity> result{
-      {"resistance", at_speed(u), "N", [=](const Ship& ship) { return -hull(u, 0.0, 0.0)(ship)(0); }}};
+      {"resistance", at_speed(u), "N", [=](const Ship& ship) { return -hull(u, 0.0, 0.0)(ship)(0); }, "fouling"}};
   if (v > 0.0) {
     result.push_back({"side force of drift", drifting, "N", less_straight(1, v, 0.0)});
     result.push_back({"turning moment of drift", drifting, "N m", less_straight(2, v, 0.0)});
@@ -59,9 +60,11 @@ std::vector<Quantity> of_hull(const UsualConditions& usual) {
 
 std::vector<Quantity> of_propeller(const Ship& ship, const UsualConditions& usual) {
   const Actuators<double> orders = driving(ship, usual);
-  return {{"thrust", at_speed(usual.u), "N", [=, u = usual.u](const Ship& s) {
+  return {{"thrust", at_speed(usual.u), "N",
+           [=, u = usual.u](const Ship& s) {
              return forces(s, {u, 0.0, 0.0}, orders).propeller.force(0);
-           }}};
+           },
+           "thrust-loss"}};
 }
 
 std::vector<Quantity> of_rudder(const Ship& ship, const UsualConditions& usual) {
@@ -80,8 +83,8 @@ std::vector<Quantity> of_rudder(const Ship& ship, const UsualConditions& usual) 
       return forces(s, {u, 0.0, 0.0}, turned).rudder(axis) - forces(s, {u, 0.0, 0.0}, idle).rudder(axis);
     };
   };
-  return {{"side force of the rudder", where, "N", less_amidships(1)},
-          {"turning moment of the rudder", where, "N m", less_amidships(2)}};
+  return {{"side force of the rudder", where, "N", less_amidships(1), "rudder-effectiveness"},
+          {"turning moment of the rudder", where, "N m", less_amidships(2), "rudder-effectiveness"}};
 }
 
 std::vector<Quantity> of_thrusters(const Ship& ship, const UsualConditions& usual) {
@@ -229,7 +232,8 @@ std::vector<ModuleChange> module_changes(const Ship& ship, const std::string& mo
                        quantity.unit,
                        before,
                        after,
-                       {std::exp(by), std::exp(by - reach), std::exp(by + reach)}});
+                       {std::exp(by), std::exp(by - reach), std::exp(by + reach)},
+                       quantity.by_effect});
   }
   const auto certainty = [](const ModuleChange& change) {
     return std::abs(std::log(change.by.factor)) /

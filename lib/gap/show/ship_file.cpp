@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "core/errors.hpp"
+#include "effects/description.hpp"
 #include "gap/decide/ship_file.hpp"
 #include "gap/fit/climb.hpp"
 #include "gap/policy/policy.hpp"
@@ -157,26 +158,39 @@ std::string sentence_of(const ModuleChange& change) {
   const double off = 100.0 * (change.before / change.after - 1.0),
                off_sd = sd * std::abs(change.before) * 100.0 / (change.after * change.after);
   return fmt::format("{} {} % too {} ({} instead of {} {})", name, rounded(std::abs(off), off_sd),
-                     off > 0.0 ? "high" : "low", rounded(std::abs(change.before), sd),
-                     rounded(std::abs(change.after), sd), change.unit);
+                     off > 0.0 ? "high" : "low", rounded(std::abs(change.after), sd),
+                     rounded(std::abs(change.before), sd), change.unit);
 }
 
-std::string sentence_of(const FittedCoefficient& c) {
+bool is_equal(const FileFactor& a, const FileFactor& b) {
+  return std::abs(std::log(a.factor / b.factor)) < kPolicy.show.equal_factors;
+}
+
+// What may have happened to the ship instead, of a change that an effect of the catalogue makes as well.
+std::string or_cause(const ModuleChange& change) {
+  if (change.by_effect.empty()) return "";
+  const EffectInfo& info = effect_named(change.by_effect).info;
+  const std::string_view cause = change.after < change.before ? info.cause_of_less : info.cause_of_more;
+  return cause.empty() ? "" : fmt::format("; {} would do the same", cause);
+}
+
+std::string sentence_of(const FittedCoefficient& c, bool is_stated) {
+  const char* known = is_stated ? "by the file it is known to" : "such coefficients are usually known to";
   if (c.is_absolute)
-    return fmt::format("{} is off by {}, which the file states to be known to {:.2g}", c.name,
-                       with_sd(c.shift, c.shift_sd), c.stated_sd);
-  return fmt::format("{} is {} times what the file has, which states it to be known to {}", c.name,
-                     with_sd(c.by.factor, c.by.factor * c.shift_sd), percent(c.stated_sd));
+    return fmt::format("{} is off by {}; {} {:.2g}", c.name, with_sd(c.shift, c.shift_sd), known, c.stated_sd);
+  return fmt::format("{} is {} times what the file has; {} {}", c.name, with_sd(c.by.factor, c.by.factor * c.shift_sd),
+                     known, percent(c.stated_sd));
 }
 
 void add_findings(const CalibratedModule& module, ShipFile& file, std::vector<std::string>& told) {
   std::size_t count = 0;
   for (const ModuleChange& change : module.changes) {
     if (!change.by.is_off() || count == kPolicy.show.most_changes) continue;
-    const std::string sentence = sentence_of(change);
-    if (std::any_of(file.findings.begin(), file.findings.end(),
-                    [&](const ShipFileFinding& f) { return f.sentence == sentence; }))
-      continue;  // hull and propeller make self-propulsion together
+    const std::string sentence = sentence_of(change) + or_cause(change);
+    if (std::any_of(file.findings.begin(), file.findings.end(), [&](const ShipFileFinding& f) {
+          return f.sentence == sentence || (f.name == module.name && is_equal(f.by, change.by));
+        }))
+      continue;  // hull and propeller make self-propulsion together; a rudder's moment is its force by a lever
     file.findings.push_back({module.name, change.by, kMissing, module.gain, sentence});
     told.push_back(sentence);
     ++count;
@@ -186,7 +200,7 @@ void add_findings(const CalibratedModule& module, ShipFile& file, std::vector<st
                              {kMissing, kMissing, kMissing},
                              kMissing,
                              module.gain,
-                             fmt::format("coefficients of the {} together", module.name)});
+                             fmt::format("coefficients of the {}, none of them by itself", module.name)});
     told.push_back(file.findings.back().sentence);
   }
 }
@@ -197,6 +211,7 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
   const FileJudge judge(answered);
   ShipFile file;
   judge.judge(file);
+  const bool is_stated = !answered.ship.uncertainty.empty() || answered.ship.coefficient_covariance.has_value();
   std::vector<std::string> told;
   for (const CalibratedModule& module : file.off) add_findings(module, file, told);
   for (const FittedCoefficient& c : judge.fitted_coefficients()) {
@@ -204,7 +219,7 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
     const auto of = std::find_if(file.modules.begin(), file.modules.end(),
                                  [&](const CalibratedModule& m) { return is_of_module(c.name, m.name); });
     const double gain = of == file.modules.end() ? kMissing : of->gain;
-    file.findings.push_back({c.name, c.by, c.is_absolute ? kMissing : c.stated_sd, gain, sentence_of(c)});
+    file.findings.push_back({c.name, c.by, c.is_absolute ? kMissing : c.stated_sd, gain, sentence_of(c, is_stated)});
     told.push_back(file.findings.back().sentence);
   }
   const bool together = !explanation.coefficient_factors.empty();
@@ -224,7 +239,8 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
       file.sentence = fmt::format("The ship file is off: {}.", fmt::join(told, "; "));
       break;
     case ShipFileState::as_stated:
-      file.sentence = "The ship file agrees with the recordings within what it states.";
+      file.sentence = fmt::format("The ship file agrees with the recordings within what {}.",
+                                  is_stated ? "it states" : "is usual for such coefficients");
       break;
     case ShipFileState::cannot_tell:
       file.findings.clear();

@@ -87,7 +87,7 @@ TEST_CASE("gap: correlated noise is not taken for a simulator that errs", "[gap]
   const Ship ship = read_ship("esso-osaka-3m");
   gap::Campaign campaign = gap::prepare(ship, zigzags(ship, 300.0, 1, std::exp(-0.5)), {});
   CHECK_THAT(fmt::format("{}", fmt::join(campaign.notices, "; ")),
-             Contains("u_mps") && Contains("is correlated; of it, a measurement every 3 s is used"));
+             Contains("u_mps") && Contains("are alike: one measurement every 3 s is used"));
   for (const gap::Stretch& stretch : campaign.stretches) {
     double last_s = -3.0;
     for (std::size_t k = 0; k < stretch.size(); ++k) {

@@ -30,7 +30,7 @@ TEST_CASE("phrases: an effect is told with its numbers, rounded to their errors"
         "a current of 0.100 m/s towards 90 deg");
   CHECK(gap::phrase("tug", {parameter("tug", "force_N", 5.04, 0.4), parameter("tug", "direction_deg", 101.0, 5.0),
                             parameter("tug", "t_start_s", 60.2, 1.1), parameter("tug", "t_end_s", 110.0, 1.0)}) ==
-        "a tow force (5.0 N towards 101 deg of the bow, from 60.2 s to 110 s)");
+        "a tow force (5.0 N towards 101 deg clockwise from the bow, from 60.2 s to 110 s)");
 }
 
 TEST_CASE("phrases: words follow the sign", "[gap][result]") {

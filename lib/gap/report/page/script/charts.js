@@ -73,7 +73,7 @@ const bars = (parent, label, rows, {axis, markValues, min, max, tickText} = {}) 
   });
 };
 
-// A map of tracks, north up, with the same scale to the north and to the east; showOn() puts lines on it.
+// A map of tracks with the same scale to the north and to the east; showOn() puts lines on it.
 const trackMap = (parent, height, label, {tooltip, interaction}) => {
   const axis = (text) =>
       ({type: 'linear', title: axisTitle(text), ticks: {callback: positionTick, includeBounds: false}});
@@ -88,13 +88,21 @@ const trackMap = (parent, height, label, {tooltip, interaction}) => {
     },
   });
 };
-// The map is as high as the tracks need at its width.
+// The map is as high as the tracks need at its width. Tracks that are longer to the north than to the east lie along the
+// page: north to the right, east down.
 const showOn = (map, datasets, easts, norths) => {
-  map.data.datasets = datasets;
-  const [x, y] = [range(easts), range(norths)];
+  const [east, north] = [range(easts), range(norths)], length = ([low, high]) => high - low;
+  const turned = length(north) > 1.3 * length(east);
+  map.data.datasets = turned ?
+      datasets.map((set) => ({...set, data: set.data.map(({x, y}) => ({x: y, y: x}))})) :
+      datasets;
+  const {scales} = map.options, titles = ['y0 [m], east', 'x0 [m], north'];
+  [scales.x.title.text, scales.y.title.text] = turned ? [titles[1] + ' (to the right)', titles[0] + ' (down)'] : titles;
+  scales.y.reverse = turned;
+  const [x, y] = turned ? [north, east] : [east, north];
   map.options.plugins.equalScales = {extent: {x, y}};
-  const frame = map.canvas.parentNode, high = frame.clientWidth * (y[1] - y[0]) / Math.max(x[1] - x[0], 1e-9);
-  frame.style.height = Math.min(640, Math.max(260, high)) + 'px';
+  const frame = map.canvas.parentNode, high = frame.clientWidth * length(y) / Math.max(length(x), 1e-9);
+  frame.style.height = Math.min(640, Math.max(220, high)) + 'px';
   map.resize();
   map.redone = 0;
   map.update('none');

@@ -74,8 +74,8 @@ const heldoutTracksSection = ({explanation}) => {
   if (tracks.length === 0) return;
   const pick = choice('recording of the tracks', tracks.map((track) => track.recording));
   const part = section(
-      'Held-out recordings before and after',
-      'Free runs of 100 s, one after another from recorded states, with the recorded inputs.', pick);
+      explanation.heldout_is_given ? 'Held-out recordings before and after' : 'What was left out in turn, before and after',
+      'Free runs of up to 100 s, one after another from recorded states, with the recorded inputs.', pick);
   const velocities = [['u', 'm/s'], ['v_m', 'm/s'], ['r', 'deg/s']].map(([name, unit]) => velocityChart(part, name, unit));
   const hasTrack = tracks.some(({before}) => before.measured_x0_m.some(isKnown));
   const map = hasTrack ? trackMap(part, 420, 'tracks before and after', {tooltip: {enabled: false}}) : null;

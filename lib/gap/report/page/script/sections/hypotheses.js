@@ -21,7 +21,7 @@ const hypothesesSection = ({explanation}) => {
   const others = 1 - shown.reduce((sum, h) => sum + h.probability, 0);  // also of effects that were not fitted
   const rows = shown.flatMap(rowsOfHypothesis);
   if (others >= WORTH_A_ROW)
-    rows.push({first: true, h: {name: 'others', probability: others, converged: true, log_evidence: null}});
+    rows.push({first: true, h: {name: 'others', probability: others, converged: null, log_evidence: null}});
   part.append(hypothesesTable(rows));
   priorBars(part, rows.filter(({h, p}) => p && isKnown(p.prior95?.[0]) && h.chosen));
 };
@@ -41,14 +41,14 @@ const hypothesesTable = (rows) => {
                {name: 'Missing', of: once((h) => hypothesisName(h.name))},
                {name: 'Probability', of: once((h) => probability(h.probability)), kind: 'number'},
                {name: 'Evidence', of: once((h) => short(h.log_evidence)), kind: 'number'},
-               {name: 'Fit', of: once((h) => (h.converged ? 'converged' : 'not converged'))},
+               {name: 'Fit', of: once((h) => ({true: 'converged', false: 'not converged'}[h.converged] ?? ''))},
                {
                  name: 'Unseen data',
                  of: once((h) => withSd(h.heldout_gain_nats, h.heldout_gain_sd_nats)),
                  kind: 'number'
                },
                {name: 'Parameter', of: ({name}) => name || ''},
-               {name: 'Estimate', of: ofParameter(estimate), kind: 'number'},
+               {name: 'Estimate', of: ofParameter((p) => estimate(p) + (p.at_bound ? ', at the bound of what is possible' : '')), kind: 'number'},
                {name: '95 %', of: ofParameter((p) => between(p.ci95)), kind: 'number'},
              ],
              rows)

@@ -37,7 +37,7 @@ const intervalsTable = ({located, ensemble}, drawn, onPick) => {
   });
   node.classList.add('long');
   if (located.intervals.length > shown.length)
-    node.append(paragraph(`${count(located.intervals.length - shown.length)} more in locate.json`, 'note'));
+    node.append(paragraph(`${count(located.intervals.length - shown.length)} more that are not drawn`, 'note'));
   return node;
 };
 

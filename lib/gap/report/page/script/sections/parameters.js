@@ -28,5 +28,5 @@ const parametersSection = ({findings: {null_fit: fit}}) => {
                  })),
         {axis: 'shift in standard deviations of the stated uncertainty', markValues: [-FAR, FAR], min: -3, max: 3});
   if (sorted.length > MOST_PARAMETERS)
-    part.append(paragraph(`${count(sorted.length - MOST_PARAMETERS)} more in locate.json`, 'note'));
+    part.append(paragraph(`${count(sorted.length - MOST_PARAMETERS)} more that are not drawn`, 'note'));
 };

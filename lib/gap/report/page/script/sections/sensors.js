@@ -42,8 +42,8 @@ const channelsTable = (channels) => {
                {name: 'Noise, sd', of: ([, c]) => inUnit(c.noise_sd, c), kind: 'number'},
                {name: 'Correlated over', of: ([, c]) => unlessZero(c.correlation_s, 'white', time), kind: 'number'},
                {name: 'Filter', of: ([, c]) => unlessZero(c.filter_s, 'none', time), kind: 'number'},
-               {name: 'Missing', of: ([, c]) => percent(c.missing_share), kind: 'number'},
-               {name: 'Frozen', of: ([, c]) => percent(c.frozen_share), kind: 'number'},
+               {name: 'Missing', of: ([, c]) => unlessZero(c.missing_share, 'none', percent), kind: 'number'},
+               {name: 'Frozen', of: ([, c]) => unlessZero(c.frozen_share, 'none', percent), kind: 'number'},
                {
                  name: 'Resolution',
                  of: ([, c]) => unlessZero(c.resolution, 'continuous', (x) => inUnit(x, c)),

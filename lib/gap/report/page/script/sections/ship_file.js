@@ -1,8 +1,10 @@
+const WORTH_A_BAR = 0.5;  // log-likelihood: less is rounding and chance
+
 // What the recordings say of the ship's file, apart from missing physics.
 const shipFileSection = ({explanation: {ship_file: file, modules, beyond_recorded: beyond}}) => {
   const part = section('The ship file', file.sentence);
   const names = Object.keys(modules).sort((a, b) => (modules[b] ?? 0) - (modules[a] ?? 0));
-  if (names.some((name) => modules[name] > 0))
+  if (names.some((name) => modules[name] >= WORTH_A_BAR))
     bars(
         part, 'what each module gains',
         names.map((name) => ({

@@ -7,6 +7,10 @@ const verdictSection = (report) => {
   hero.append(element('div', {class: 'title'}, report.title));
   hero.append(element('h1', {}, element('span', {class: 'badge'}, VERDICT[verdict]), sentence));
   if (!explanation && findings.detection.reason) hero.append(paragraph(findings.detection.reason));
+  for (const {text, command} of report.steps) {
+    if (text) hero.append(paragraph('What to do: ' + text + '.'));
+    if (command) hero.append(element('pre', {class: 'command'}, command));
+  }
   hero.append(verdictCards(report));
   const {tau_s: tau} = findings.sigma_w;
   hero.append(paragraph(
