@@ -15,8 +15,8 @@ namespace leeway {
 std::size_t threads_with_room();
 
 /// Calls task(i) for i in [0, n) on at most `jobs` threads, on fewer where the system refuses more or limits the
-/// address space; the tasks share nothing that they write. All tasks are tried until one fails; then the exception of the lowest failed index is
-/// thrown, whatever the number of threads.
+/// address space; the tasks share nothing that they write. All tasks are tried until one fails; then the exception of
+/// the lowest failed index is thrown, whatever the number of threads.
 template <typename Task>
 void parallel_for(std::size_t n, std::size_t jobs, const Task& task) {
   std::vector<std::exception_ptr> failures(n);

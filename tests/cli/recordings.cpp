@@ -88,3 +88,25 @@ TEST_CASE("mmg-sim indices reads a turning circle and a zigzag off simulated rec
   CHECK_THAT(test::run(folder, "mmg-sim indices turn.csv").out, !Contains(" L\n"));
   CHECK(test::run(folder, "mmg-sim indices turn.csv --ship kvlcc2-full --length-m 320").exit_code == 2);
 }
+
+TEST_CASE("columns maps: a column that is named and not there is told where others are ignored", "[cli]") {
+  const test::TemporaryFolder folder;
+  folder.write("map.json", R"({"psi_deg": "heading"})");
+  folder.write("typo.csv", "t_s,u_mps,vm_mps,r_degps,hdg\n0,1,0,0,5\n1,1,0,0,5\n");
+  const test::Outcome typo = test::run(folder, "mmg-sim import typo.csv --columns ./map.json -o -");
+  CHECK(typo.exit_code == 0);
+  CHECK_THAT(typo.err, Contains("are ignored: hdg; the columns map names columns that are not there: heading"));
+  // Leeway's own name is there.
+  folder.write("own.csv", "t_s,u_mps,vm_mps,r_degps,psi_deg\n0,1,0,0,5\n1,1,0,0,5\n");
+  const test::Outcome own = test::run(folder, "mmg-sim import own.csv --columns ./map.json -o -");
+  CHECK(own.err.empty());
+  CHECK_THAT(own.out, Contains("psi_deg") && Contains(",5"));
+}
+
+TEST_CASE("mmg-sim says that a wind without a speed is none", "[cli]") {
+  const test::TemporaryFolder folder;
+  const test::Outcome outcome =
+      test::run(folder, "mmg-sim turning --ship esso-osaka-3m --wind-dir-deg 90 --duration-s 20 -o t.csv");
+  CHECK(outcome.exit_code == 0);
+  CHECK_THAT(outcome.err, Contains("there is no wind: its speed (--wind-speed-mps) is 0"));
+}

@@ -32,6 +32,10 @@ TEST_CASE("unknown names: a subcommand, an option, a shipped configuration or an
            {"eval-metrics a.csv --trth b.csv", "unknown option '--trth'; did you mean '--truth'?"},
            {"gap-explain --shp kvlcc2-l7 a.csv -o d", "did you mean '--ship'?"}})
     check_refused(folder, command, 2, message);
+  check_refused(folder, "mmg-sim zigzag --ship kvlcc2-l7 --ruder-deg=5", 2, "Try 'mmg-sim zigzag --help'");
+  folder.write("z.csv", "t_s,u_mps,vm_mps,r_degps\n0,1,0,0\n1,1,0,0\n");
+  folder.write("map.json", R"({"psi_dg": "heading"})");
+  check_refused(folder, "mmg-sim import z.csv --columns ./map.json", 3, "did you mean 'psi_deg'?");
   const std::string misspelled = folder.write("e.json", R"({"type": "steady-curent", "current_speed_mps": 0.1})");
   check_refused(folder, "mmg-sim zigzag --ship vectwin-3m --effect e.json", 3, "did you mean 'steady-current'?");
   folder.write("e.json", R"({"type": "steady-current", "current_spede_mps": 0.1})");

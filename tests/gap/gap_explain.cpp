@@ -223,10 +223,10 @@ TEST_CASE("next maneuver: a crash stop, no zigzag, shows whether a propeller giv
   for (const gap::NextManeuver& maneuver : menu) {
     CHECK(maneuver.p_right >= 0.5 - 1e-9);
     CHECK(maneuver.p_right <= 1.0);
-    right[maneuver.command] = maneuver.p_right;
+    right[maneuver.name] = maneuver.p_right;
+    CHECK_THAT(maneuver.command, Contains(" --duration-s "));
   }
-  for (const char* zigzag : {"zigzag --rudder-deg 10 --heading-deg 10", "zigzag --rudder-deg 20 --heading-deg 20"})
-    CHECK(right.at("crash-stop") > right.at(zigzag));
+  for (const char* zigzag : {"a zigzag 10/10", "a zigzag 20/20"}) CHECK(right.at("a crash stop") > right.at(zigzag));
 }
 
 TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][slow]") {

@@ -359,12 +359,6 @@ std::string plan(const Explanation& explanation) {
                              : "";
 }
 
-const Explained* chosen_of(const Explanation& explanation) {
-  const auto chosen = std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
-                                   [](const Explained& hypothesis) { return hypothesis.is_chosen; });
-  return chosen == explanation.hypotheses.end() ? nullptr : &*chosen;
-}
-
 void add_steps(Screen& screen, const std::vector<Step>& steps) {
   for (const Step& step : steps) {
     if (!step.text.empty()) screen.item(step.label, step.text, 5);

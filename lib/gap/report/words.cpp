@@ -14,6 +14,12 @@
 
 namespace leeway::gap {
 
+const Explained* chosen_of(const Explanation& explanation) {
+  for (const Explained& hypothesis : explanation.hypotheses)
+    if (hypothesis.is_chosen) return &hypothesis;
+  return nullptr;
+}
+
 std::string_view word(Verdict verdict) {
   switch (verdict) {
     case Verdict::mismatch:
@@ -48,12 +54,6 @@ std::string headline(const Findings& findings) {
 }
 
 namespace {
-
-const Explained* chosen_of(const Explanation& explanation) {
-  for (const Explained& hypothesis : explanation.hypotheses)
-    if (hypothesis.is_chosen) return &hypothesis;
-  return nullptr;
-}
 
 // What was named of sensors and readings, then of the forces, each as a clause.
 std::vector<std::string> clauses_of(const Explanation& explanation) {

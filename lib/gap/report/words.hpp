@@ -12,6 +12,9 @@ namespace leeway::gap {
 /// "mismatch", "no-mismatch", "undecided".
 std::string_view word(Verdict verdict);
 
+/// The hypothesis that is claimed; nullptr: none.
+const Explained* chosen_of(const Explanation& explanation);
+
 /// The cause of an interval in which an ensemble was not trained.
 inline constexpr const char* kUntrained = "untrained region";
 

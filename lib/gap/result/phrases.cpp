@@ -89,4 +89,16 @@ std::string phrase(const std::string& effect, const std::vector<ExplainedParamet
   return lead.empty() ? said : fmt::format("{} ({})", lead, said);
 }
 
+std::string sentence_of(const std::string& effect, const std::vector<ExplainedParameter>& parameters) {
+  const EffectInfo& info = effect_named(effect).info;
+  if (search_start(effect) == SearchStart::terms) return std::string(info.sentence);
+  const std::string what = capitalized(phrase(effect, parameters));
+  if (info.or_coefficient.empty()) return fmt::format("{}. {}", what, info.sentence);
+  const std::string_view cause = what.find(" less ") != std::string::npos   ? info.cause_of_less
+                                 : what.find(" more ") != std::string::npos ? info.cause_of_more
+                                                                            : std::string_view();
+  return fmt::format("{} than the ship file states. That is {}{}{}.", what, cause, cause.empty() ? "" : ", or ",
+                     info.or_coefficient);
+}
+
 }  // namespace leeway::gap

@@ -11,6 +11,10 @@ namespace leeway::gap {
 /// Its name, where the catalogue does not hold it.
 std::string phrase(const std::string& effect, const std::vector<ExplainedParameter>& parameters);
 
+/// What an effect is, with its numbers, and what that means; where a coefficient may do the same, both readings, by the
+/// sign of the change.
+std::string sentence_of(const std::string& effect, const std::vector<ExplainedParameter>& parameters);
+
 /// With a capital letter.
 std::string capitalized(std::string text);
 

@@ -118,18 +118,6 @@ class ParametersOf {
   const Coordinates z_;
 };
 
-// What it is with its numbers, then what that means; both readings, where a coefficient may do the same.
-std::string sentence_of(const EffectInfo& info, const std::vector<ExplainedParameter>& parameters) {
-  if (search_start(info.name) == SearchStart::terms) return std::string(info.sentence);
-  const std::string what = capitalized(phrase(std::string(info.name), parameters));
-  if (info.or_coefficient.empty()) return fmt::format("{}. {}", what, info.sentence);
-  const std::string_view cause = what.find(" less ") != std::string::npos   ? info.cause_of_less
-                                 : what.find(" more ") != std::string::npos ? info.cause_of_more
-                                                                            : std::string_view();
-  return fmt::format("{} than the ship file states. That is {}{}{}.", what, cause, cause.empty() ? "" : ", or ",
-                     info.or_coefficient);
-}
-
 Explained explained(const Fitted& fitted, const Fitted& none, const Campaign& campaign) {
   Explained result;
   result.name = fitted.hypothesis.name();
@@ -143,7 +131,7 @@ Explained explained(const Fitted& fitted, const Fitted& none, const Campaign& ca
     const EffectInfo& info = effect_named(name).info;
     result.effects.push_back(name);
     parameters.add(span);
-    result.said.push_back({name, sentence_of(info, result.parameters), std::string(info.separating_maneuver)});
+    result.said.push_back({name, sentence_of(name, result.parameters), std::string(info.separating_maneuver)});
   }
   return result;
 }

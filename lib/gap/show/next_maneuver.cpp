@@ -195,7 +195,8 @@ std::vector<NextManeuver> next_maneuvers(const Campaign& campaign, const std::ve
   std::vector<std::optional<NextManeuver>> tried(menu.size());
   parallel_for(menu.size(), jobs, [&](std::size_t m) {
     if (const auto distance = squared_distances(menu[m], survivors, campaign, wind))
-      tried[m] = {menu[m].name, menu[m].command, menu[m].each_s * static_cast<double>(menu[m].runs.size()),
+      tried[m] = {menu[m].name, fmt::format("{} --duration-s {:.0f}", menu[m].command, menu[m].each_s),
+                  menu[m].each_s * static_cast<double>(menu[m].runs.size()),
                   expected_certainty(*distance, probability, seed)};
   });
   std::vector<NextManeuver> result;

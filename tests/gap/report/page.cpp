@@ -127,7 +127,7 @@ TEST_CASE("report.html of gap-locate in a browser: a reader finds place, size an
         "unmeasured-wind\n21 ± 4 (log-likelihood), p 0.0002, log Bayes factor 38.1");
   const io::Json& sensors = section_of(page, "Sensors and conventions")["tables"];
   CHECK(sensors[0][1][1] == "2.97 ± 0.21 deg");
-  CHECK(sensors[1][3] == Row{"r_degps", "0.1 deg/s", "1.8 s", "0.9 s", "0.0 %", "1.3 %", "continuous"});
+  CHECK(sensors[1][3] == Row{"r_degps", "0.1 deg/s", "1.8 s", "0.9 s", "none", "1.3 %", "continuous"});
   CHECK(sensors[2][2][1] == "lever_x_m 0.11 ± 0.05 m, lever_y_m −0.02 ± 0.04 m");
   CHECK_THAT(browser.read(report_html(test::agreement_findings(), "gap-locate", "leeway")).dump(),
              Contains("Nothing to locate"));
@@ -159,6 +159,7 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   CHECK(verdict["heading"] == "mismatchA current of 0.0999 m/s towards -89.8 deg explains the difference.");
   CHECK_THAT(verdict["text"], Contains("What esso-osaka-3m lacks") && Contains("< 0.0001"));
   CHECK_THAT(verdict["text"], Contains("unseen data predicted better by 480 ± 83 (log-likelihood)"));
+  CHECK_THAT(verdict["text"], Contains("What to do: the ship file can stay: what acted came from outside"));
 
   const io::Json& missing = section_of(page, "What is missing");
   const io::Json& probabilities = missing["charts"][0];
@@ -211,7 +212,7 @@ TEST_CASE("report.html of gap-explain in a browser: a reader sees the fit before
   CHECK_THAT(fit["charts"][0]["values"][5].get<double>(), WithinAbs(1.0, 1e-12));
 
   // Each choice shows its own recording, before and after: runs end as far from the recorded track as was planted.
-  const io::Json& tracks = section_of(page, "Held-out recordings before and after")["choices"];
+  const io::Json& tracks = section_of(page, "What was left out in turn, before and after")["choices"];
   REQUIRE(tracks.size() == 3);
   for (std::size_t k = 0; k < 3; ++k) {
     CAPTURE(k);
@@ -240,7 +241,7 @@ TEST_CASE("report.html of gap-explain in a browser: nothing missing leaves out w
                                               Contains("No missing physics that these recordings could show") &&
                                               Contains("0.41"));
   CHECK(section_of(page, "What is missing")["charts"][0]["labels"] == Row{"nothing"});
-  for (const char* heading : {"What would distinguish them", "Held-out recordings before and after",
+  for (const char* heading : {"What would distinguish them", "What was left out in turn, before and after",
                               "Located intervals", "Track", "What looks alike in these recordings"}) {
     CAPTURE(heading);
     CHECK_FALSE(has_section(page, heading));
@@ -281,7 +282,7 @@ TEST_CASE("report.html in a browser: hostile names of ships and files are read a
   CHECK(explain["title"] == "What " + hostile.ship + " lacks");
   CHECK_THAT(explain["sections"][0]["text"], Contains("What " + hostile.ship + " lacks"));
   const std::set<std::string> labels = texts_of(section_of(explain, "Fit before and after")["charts"][0]["labels"]);
-  const io::Json& tracks = section_of(explain, "Held-out recordings before and after")["choices"];
+  const io::Json& tracks = section_of(explain, "What was left out in turn, before and after")["choices"];
   const io::Json& notices = section_of(explain, "To keep in mind")["items"];
   CHECK(texts_of(notices).count("data/" + hostile.recordings[0] + ".csv: the first 3 s are not used") == 1);
   for (std::size_t k = 0; k < 3; ++k) {

@@ -46,6 +46,16 @@ TEST_CASE("phrases: words follow the sign", "[gap][result]") {
   CHECK(offset(-2.0) == "a rudder 2.0 deg further to port than recorded");
 }
 
+TEST_CASE("phrases: less rudder force may be damage, more of it is a wrong coefficient", "[gap][result]") {
+  const auto rudder = [](double k) {
+    return gap::sentence_of("rudder-effectiveness", {parameter("rudder-effectiveness", "k_R", k, 0.04)});
+  };
+  CHECK_THAT(rudder(0.7), Catch::Matchers::StartsWith("30 % less rudder force than the ship file states. That is a "
+                                                      "damaged or fouled rudder, or a wrong coefficient"));
+  CHECK_THAT(rudder(3.5), Catch::Matchers::StartsWith("250 % more rudder force than the ship file states. That is a "
+                                                      "wrong coefficient"));
+}
+
 TEST_CASE("phrases: what is where the effect vanishes is not told", "[gap][result]") {
   CHECK(gap::phrase("windage", {parameter("windage", "kX", 1.01, 0.1), parameter("windage", "kY", 1.4, 0.1),
                                 parameter("windage", "kN", 0.6, 0.1)}) ==
