@@ -312,8 +312,11 @@ std::string advice(const Explanation& explanation) {
         changes_ship(explanation) && is_better ? "use ship.json, which errs less, in place of the ship "
                                                  "file"
                                                : "keep the ship file");
+  const bool has_cause = std::any_of(explanation.ship_file.findings.begin(), explanation.ship_file.findings.end(),
+                                     [](const ShipFileFinding& f) { return !f.cause.empty(); });
   if (is_off && !explanation.coefficient_factors.empty())
-    return "use ship.json, whose coefficients were fitted, in place of the ship file";
+    return fmt::format("use ship.json, whose coefficients were fitted, in place of the ship file{}",
+                       has_cause ? "; and look at the ship: what is said to do the same would be a cause to mend" : "");
   if (is_off) return "check the coefficients named above in the ship file";
   if (explanation.verdict == Verdict::no_mismatch && explanation.ship_file.state == ShipFileState::as_stated)
     return "use the ship file as it is";
@@ -368,7 +371,7 @@ void add_steps(Screen& screen, const std::vector<Step>& steps) {
 
 void add_ship_file(Screen& screen, const Explanation& explanation) {
   const ShipFile& file = explanation.ship_file;
-  screen.item("Ship file", file.sentence, 8);
+  screen.item("Ship file", file.sentence, 10);
   if (file.state == ShipFileState::off && file.heldout_gain > 0.0)
     screen.item(
         "", fmt::format("With all coefficients fitted it {}", gain_words(file.heldout_gain, file.heldout_gain_sd)), 2);
@@ -379,7 +382,7 @@ void add_ship_file(Screen& screen, const Explanation& explanation) {
             "Warning: fitted to rudder angles up to {:.0f} deg. At {:.0f} deg in still water ship.json turns with "
             "a tactical diameter of {} ship lengths (95 %, if the forms of its forces hold there)",
             beyond->recorded_deg, beyond->rudder_deg, between(beyond->low_L, beyond->high_L)),
-        2);
+        3);
 }
 
 // Where a parameter differs between recordings, its mean stands for it.

@@ -51,6 +51,7 @@ struct ShipFileFinding {
   double stated_log_sd = kMissing;  ///< of a coefficient
   double heldout_gain = 0.0;        ///< of its module, alone [nats]
   std::string sentence;
+  std::string cause{};  ///< what may have happened to the ship instead: "a damaged or fouled rudder"
 };
 
 struct ShipFile {

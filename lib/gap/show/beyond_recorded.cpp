@@ -44,6 +44,18 @@ double tactical_diameter(const Ship& ship, double rudder, double time_scale) {
   }
 }
 
+// An effect's formula errs beside what recordings leave open of its strength.
+Eigen::VectorXd with_errors_of_formulas(const Hypothesis& hypothesis, Eigen::Index coefficients, RandomStream& random,
+                                        Eigen::VectorXd theta) {
+  for (const EffectSpan& span : spans_of(hypothesis)) {
+    if (span.effects > 1) continue;  // another one in each recording: none of them stays with the ship
+    auto own = theta.segment(coefficients + span.first, span.count);
+    const Eigen::VectorXd sd = hypothesis.effects[span.effect].sd_of_formula(own);
+    for (Eigen::Index i = 0; i < span.count; ++i) own[i] += random.normal() * sd[i];
+  }
+  return theta;
+}
+
 bool is_of_surroundings(const EffectEntry& entry) { return effect_named(entry.type).info.is_of_surroundings; }
 
 }  // namespace
@@ -69,7 +81,9 @@ std::optional<BeyondRecorded> turning_beyond_recorded(const Answered& of, const 
     RandomStream random(of.options.locate.seed, "turning-beyond-recorded", d);
     Eigen::VectorXd normal(n);
     for (double& one : normal) one = random.normal();
-    const Eigen::VectorXd drawn = fit.theta + std::sqrt(of.answer.kappa) * Eigen::VectorXd(llt.matrixU().solve(normal));
+    const Eigen::VectorXd drawn =
+        with_errors_of_formulas(of.answer.hypothesis, coefficients, random,
+                                fit.theta + std::sqrt(of.answer.kappa) * Eigen::VectorXd(llt.matrixU().solve(normal)));
     const Eigen::VectorXd theta = d == 0 ? fit.theta : drawn;
     Ship one = of.answer.hypothesis.applied_to(ship, theta.segment(coefficients, fit.effects));
     std::erase_if(one.effects, is_of_surroundings);  // in still water and calm air

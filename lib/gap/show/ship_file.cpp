@@ -167,11 +167,10 @@ bool is_equal(const FileFactor& a, const FileFactor& b) {
 }
 
 // What may have happened to the ship instead, of a change that an effect of the catalogue makes as well.
-std::string or_cause(const ModuleChange& change) {
+std::string cause_of(const ModuleChange& change) {
   if (change.by_effect.empty()) return "";
   const EffectInfo& info = effect_named(change.by_effect).info;
-  const std::string_view cause = change.after < change.before ? info.cause_of_less : info.cause_of_more;
-  return cause.empty() ? "" : fmt::format("; {} would do the same", cause);
+  return std::string(change.by.factor < 1.0 ? info.cause_of_less : info.cause_of_more);
 }
 
 std::string sentence_of(const FittedCoefficient& c, bool is_stated) {
@@ -186,12 +185,14 @@ void add_findings(const CalibratedModule& module, ShipFile& file, std::vector<st
   std::size_t count = 0;
   for (const ModuleChange& change : module.changes) {
     if (!change.by.is_off() || count == kPolicy.show.most_changes) continue;
-    const std::string sentence = sentence_of(change) + or_cause(change);
+    const std::string cause = cause_of(change);
+    const std::string sentence =
+        sentence_of(change) + (cause.empty() ? "" : fmt::format("; {} would do the same", cause));
     if (std::any_of(file.findings.begin(), file.findings.end(), [&](const ShipFileFinding& f) {
           return f.sentence == sentence || (f.name == module.name && is_equal(f.by, change.by));
         }))
       continue;  // hull and propeller make self-propulsion together; a rudder's moment is its force by a lever
-    file.findings.push_back({module.name, change.by, kMissing, module.gain, sentence});
+    file.findings.push_back({module.name, change.by, kMissing, module.gain, sentence, cause});
     told.push_back(sentence);
     ++count;
   }
