@@ -14,6 +14,7 @@
 #include "gap/report/explain_json.hpp"
 #include "gap/report/locate_json.hpp"
 #include "gap/report/page/page_parts.hpp"
+#include "gap/report/steps.hpp"
 #include "gap/report/summary.hpp"
 
 namespace leeway::gap {

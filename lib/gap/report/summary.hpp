@@ -1,18 +1,10 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "gap/result/explanation.hpp"
 
 namespace leeway::gap {
-
-/// What to do, with a command that runs as it stands; either may be empty.
-struct Step {
-  std::string label, text, command;
-};
-std::vector<Step> steps(const Findings& findings);
-std::vector<Step> steps(const Explanation& explanation);
 
 /// What was found, on one screen: at most 30 lines of at most 100 characters. What does not fit is counted and left to
 /// locate.json and report.html.
