@@ -30,7 +30,7 @@ class Instruments:
     def row(self, t, s, rate, acting, wind):
         """Recorded channels (recordings,) by name at t; s holds states, rate their rates (for the jitter of the clocks)."""
         draw = lambda: np.array([r.standard_normal() for r in self.rngs])
-        jitter = lambda: np.clip(draw(), -2.0, 2.0) * min(0.04 * self.h, 0.05)
+        jitter = lambda: np.clip(draw(), -2.0, 2.0) * min(0.02 * self.h, 0.01)  # [s]
         a = math.exp(-self.h / self.drift_tau)
         self.drift = a * self.drift + math.sqrt(1.0 - a * a) * self.drift_sd * np.stack([draw(), draw()])
         e = [jitter() for _ in range(3)]
@@ -189,10 +189,11 @@ def sail(vessel, recordings, duration, dt, sample_s, wind, error, instruments):
             limit = math.radians(a["rate_degps"]) if c.startswith("delta") else a["rate_rpsps"]
             order = orders[c]
             if c == "n_p":  # an engine that slows under load: the more so the slower the water meets its propeller
-                u_P = s["u"] * 0.6
+                Vx, Vy, _, _ = vessel.water(s)
+                u_P = 0.6 * (s["u"] - Vx * np.cos(s["psi"]) - Vy * np.sin(s["psi"]))
                 J = np.clip(u_P / np.maximum(np.abs(y) * vessel.D, 1e-6), -0.2, 1.2)
                 J_ref = np.clip(pilot.u0 * 0.6 / (n_ref * vessel.D), 0.0, 1.2)
-                order = order * (1.0 - 0.06 * np.clip((J_ref - J) / 0.4, -1.0, 1.0))
+                order = order * (1.0 - 0.10 * np.clip((J_ref - J) / 0.4, -1.0, 1.0))
             after[c] = y + np.clip((order - y) * (1.0 - math.exp(-dt / max(a["time_constant_s"], 1e-3 * vessel.scale))), -limit * dt, limit * dt)
         acts = dict(after)
         if late:
