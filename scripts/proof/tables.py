@@ -38,10 +38,6 @@ def targets(rows):
     lines = [("false alarms, all nulls", "<= 1 %", rate(sum(r["alarm"] for r in nulls), len(nulls)))]
     lines.append(("`undecided` there", "<= 5 %", rate(sum(r["verdict"] == "undecided" for r in nulls), len(nulls))))
     lines.append(("detected, single effects at d' >= 6", ">= 95 %", rate(sum(r["detected"] for r in seen), len(seen))))
-    visible = [r for r in singles if (r.get("oracle_d_prime") or 0) >= 6.0]
-    if any(r.get("oracle_d_prime") is not None for r in singles):
-        lines.append(("detected, single effects that an oracle sees with d' >= 6", "", rate(sum(r["detected"] for r in visible), len(visible))))
-        lines.append(("named first, the same", "", rate(sum(r["first"] for r in visible), len(visible))))
     lines.append(("named first, mixed campaigns at d' >= 6", ">= 80 %", rate(sum(r["first"] for r in mixed), len(mixed))))
     lines.append(("ranked first there, whether claimed or not", "", rate(sum(r.get("ranked_first", False) for r in mixed), len(mixed))))
     lines.append(("among the first three there", "", rate(sum(r["top3"] for r in mixed), len(mixed))))
@@ -120,18 +116,6 @@ def prime_table(rows):
         if some:
             lines.append(f"| {label} | {len(some)} | {rate(sum(r['detected'] for r in some), len(some))} | {sum(r['first'] for r in some)} "
                          f"| {sum(r.get('ranked_first', False) for r in some)} | {sum(r['top3'] for r in some)} | {sum(r['set_ok'] for r in some)} |")
-    return lines
-
-
-def oracle_table(rows):
-    lines = ["| an oracle's d' | cases | d' of the key, mean | detected | named first | ranked first | in the first three | truth in the accepted set |", "|---" * 8 + "|"]
-    known = [r for r in rows if r["family"] == "single" and r.get("oracle_d_prime") is not None]
-    for low, high in ((0.0, 3.0), (3.0, 6.0), (6.0, 12.0), (12.0, math.inf)):
-        some = [r for r in known if low <= r["oracle_d_prime"] < high]
-        if some:
-            words = f"below {high:g}" if not low else f"{low:g} to {high:g}" if high < math.inf else f"above {low:g}"
-            lines.append(f"| {words} | {len(some)} | {statistics.mean(r['d_prime'] or 0.0 for r in some):.1f} | {rate(sum(r['detected'] for r in some), len(some))} "
-                         f"| {sum(r['first'] for r in some)} | {sum(r.get('ranked_first', False) for r in some)} | {sum(r['top3'] for r in some)} | {sum(r['set_ok'] for r in some)} |")
     return lines
 
 
