@@ -141,12 +141,19 @@ def null_table(cases):
     return lines
 
 
+def parts(cases):
+    """Tables by the names of their places in docs/proof.md."""
+    if not cases:
+        return {}
+    exact = sum(max(c["rungs"]["priors"]["own"]["se"].values()) for c in cases) / len(cases)
+    law = sum(max(c["rungs"]["truth"]["own"]["se"].values()) for c in cases) / len(cases)
+    head = [f"{len(cases)} cases, {sum(c['tool'] is not None for c in cases)} of them with a report. Monte Carlo error of a share in one case: {law:.3f} (generating law), "
+            f"{exact:.3f} (exact inference) at most, in the mean. {sum(c['cpu_s'] for c in cases) / len(cases):.0f} s a case."]
+    return {"ladder": head, "blame": blame_table(cases), "expected answers": expected_table(cases), "efficiency": efficiency_table(cases),
+            "nulls of the ladder": null_table(cases)}
+
+
 def report(cases):
     if not cases:
         return ["No case has a ladder yet."]
-    error = sum(max(c["rungs"]["truth"]["own"]["se"].values()) for c in cases) / len(cases)
-    exact = sum(max(c["rungs"]["priors"]["own"]["se"].values()) for c in cases) / len(cases)
-    return [f"{len(cases)} cases, {sum(c['tool'] is not None for c in cases)} with a report; Monte Carlo error of a case's share {error:.3f} (law), {exact:.3f} (exact inference), mean; "
-            f"{sum(c['cpu_s'] for c in cases) / len(cases):.1f} s a case.",
-            "", "## Misses, by the first rung that loses them", "", *blame_table(cases), "", "## Expected right answers by rung", "", *expected_table(cases),
-            "", "## Efficiency", "", *efficiency_table(cases), "", "## Nulls", "", *null_table(cases)]
+    return [line for name, lines in parts(cases).items() for line in (f"## {name}", "", *lines, "")]
