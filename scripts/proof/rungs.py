@@ -29,7 +29,7 @@ RUNGS = ("truth", "forms", "priors", "noise", "fitted", "ranked", "chosen")
 NULLS, LAW, OWN = 399, 200, 100  # data of the first two rungs
 NULLS_EXACT, OWN_EXACT = 199, 40
 SIZES = (1.0, 5.0)  # of an unknown thing, mm/s^2
-LEVELS_OF_ERROR = (1.0 / 16.0, 1.0 / 4.0, 1.0, 4.0, 16.0)  # of the variance of the tool's model error, where it is estimated
+LEVELS_OF_ERROR = (1.0 / 4.0, 1.0 / 2.0, 1.0, 2.0, 4.0)  # of the variance of the tool's model error, where it is estimated
 
 
 def truth_names(key):
@@ -103,6 +103,27 @@ class Bench:
         self.gradients = {level: white(a) for level, a in scene.gradients.items()}
         self.freed, self.structure, self.lack = white(scene.freed()), white(scene.structure()), white(scene.lack)
         self._truth_change()
+        self._drop_what_says_nothing()
+
+
+    def _drop_what_says_nothing(self, energy=0.005):
+        """Leaves out numbers (high frequencies above all) in which everything together has less than this energy (d'^2)."""
+        blocks = {True: [d for d in self.decks.values() if d.is_sensor], False: [d for d in self.decks.values() if not d.is_sensor]}
+        sd = np.array([1.4 * m.PRIOR[k] for k in m.FACTORS])[:, None]
+        others = {True: [self.residual], False: [self.acceleration, self.lack, self.freed, self.structure, *(sd * g for g in self.gradients.values()),
+                                                 *(SIZES[-1] * a for alternatives in self.kinds.values() for a in alternatives)]}
+        keep = {}
+        for is_sensor, decks in blocks.items():
+            top = np.max([np.max(a * a, 0) for a in (*others[is_sensor], *(n for d in decks for n in d.nodes.values())) if len(a)], 0)
+            order = np.argsort(top)
+            keep[is_sensor] = np.sort(order[np.cumsum(top[order]) > energy])
+            for d in decks:
+                d.nodes = {level: n[:, keep[is_sensor]] for level, n in d.nodes.items()}
+        at = self.kept = keep[False]
+        self.gradients = {level: g[:, at] for level, g in self.gradients.items()}
+        self.freed, self.structure, self.lack, self.acceleration = (a[:, at] for a in (self.freed, self.structure, self.lack, self.acceleration))
+        self.kinds = {kind: [a[:, at] for a in alternatives] for kind, alternatives in self.kinds.items()}
+        self.residual = self.residual[:, keep[True]]
 
     def _truth_change(self):
         """What the case's own effects change, in the truth's forms: (accelerations, kinematic residuals)."""
@@ -121,25 +142,24 @@ class Bench:
                     k += change
                 else:
                     a += change
-        self.acceleration, self.residual = a, k
+        self.acceleration, self.residual = scene.white(a[None], scene.truths_S), scene.white(k[None], scene.kin_S)
 
     def ratio(self, S):
         layout = lambda x: np.tile(np.concatenate([x, x]), self.scene.R)
-        return np.concatenate([layout(np.sqrt(s / other)) for s, other in zip(self.scene.truths_S, S)])
+        return np.concatenate([layout(np.sqrt(s / other)) for s, other in zip(self.scene.truths_S, S)])[self.kept]
 
     def data(self, rng, nulls, by_law, own):
         """White accelerations and kinematic residuals of all data, and slices of the kinds."""
-        scene, key = self.scene, self.key
-        G, S = self.gradients[scene.level], self.structure
+        key = self.key
+        G, S = self.gradients[self.scene.level], self.structure
         sd = np.array([m.PRIOR[k] / 0.15 for k in m.FACTORS])
-        effect, residual = scene.white(self.acceleration[None], scene.truths_S)[0], scene.white(self.residual[None], scene.kin_S)[0]
         wrong = np.concatenate([rng.choice(campaign.LEVELS["wrong"], nulls), np.full(by_law, key["wrong"])])
         theta = wrong[:, None] * sd * rng.standard_normal((nulls + by_law, len(sd)))
         theta = np.concatenate([theta, np.tile(np.log([key["factors"][k] for k in m.FACTORS]), (own, 1))])
-        z = np.concatenate([rng.standard_normal((nulls + by_law, len(S))), np.tile(scene.own_structure(), (own, 1))])
+        z = np.concatenate([rng.standard_normal((nulls + by_law, len(S))), np.tile(self.scene.own_structure(), (own, 1))])
         acts = np.concatenate([np.zeros(nulls), np.ones(by_law + own)])[:, None]
-        Y = theta @ G + z @ S + acts * effect + rng.standard_normal((len(acts), G.shape[1]))
-        K = acts * residual + rng.standard_normal((len(acts), len(residual)))
+        Y = theta @ G + z @ S + acts * self.acceleration + rng.standard_normal((len(acts), G.shape[1]))
+        K = acts * self.residual + rng.standard_normal((len(acts), self.residual.shape[1]))
         return Y, K, {"nulls": slice(0, nulls), "law": slice(nulls, nulls + by_law), "own": slice(nulls + by_law, None)}
 
     # --- rungs 1 and 2 -----------------------------------------------------------------------------------------------
@@ -155,7 +175,9 @@ class Bench:
         prior_of_level = -math.log(len(campaign.LEVELS["wrong"]))
         nothing = hiding.log_nothing(Y) + prior_of_level
         UY = Y @ hiding.basis.T
-        names, post = [()], [bayes.log_sum(nothing, 0) + math.log(500.0)]
+        # Nothing is as probable as all that may act: odds then are those of the data.
+        everything = sum(self.weights.values()) + sum(self.pairs.values()) + sum(self.outside.values())
+        names, post = [()], [bayes.log_sum(nothing, 0) + math.log(everything)]
 
         def products(N, is_sensor):
             if is_sensor:
@@ -346,6 +368,9 @@ def compute(key, track):
     place = {n: k for k, n in enumerate(names)}
     for k in np.unique(level):
         at = np.flatnonzero(level == k)
+        if LEVELS_OF_ERROR[k] == 1.0:
+            whole[:, at] = post[:, at]
+            continue
         some_names, _, some = exact_on(bench, Y[at], K[at], bench.spectrum(LEVELS_OF_ERROR[k]), at < NULLS_EXACT)
         whole[np.ix_([place[n] for n in some_names], at)] = some
     out["noise"] = summary(names, silent, whole, few, truth)
