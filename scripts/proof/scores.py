@@ -157,7 +157,7 @@ def judge(key, run, report):
     primes = [key["truth"].get(n, {}).get("d_prime") for n in truth]
     known = [d for d in primes if d is not None and math.isfinite(d)]
     out = {"id": key["id"], "family": key["family"], "truth": truth, "d_prime": min(known) if known else None, "level": key["level"], "ship": key["ship"],
-           "campaign": key["campaign"], "failed": run.get("exit_code") != 0 or report is None, "wall_s": run.get("wall_s"), "peak_kB": run.get("peak_kB")}
+           "campaign": key["campaign"], "error_kind": key.get("error_kind"), "failed": run.get("exit_code") != 0 or report is None, "wall_s": run.get("wall_s"), "peak_kB": run.get("peak_kB")}
     if out["failed"]:
         out.update({"alarm": False, "verdict": None, "chosen": [], "outcome": "failed" if truth else None, "detected": False, "first": False, "ranked": None, "top3": False,
                     "set_ok": False, "set_size": 0, "both": False, "unknown": False, "quantities": [], "probability": None, "right": None, "inclusion": [],

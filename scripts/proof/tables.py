@@ -101,6 +101,7 @@ def null_table(rows):
     rows = nulls_of(rows)
     groups = [(family, [r for r in rows if r["family"] == family]) for family in sorted({r["family"] for r in rows})]
     groups += [(ship, [r for r in rows if r["ship"] == ship]) for ship in sorted({r["ship"] for r in rows})]
+    groups += [(f"model error: {kind}", [r for r in rows if r["error_kind"] == kind]) for kind in sorted({r.get("error_kind") for r in rows} - {None})]
     for words, some in [*groups, ("all", rows)]:
         runs = [i for i in (r.get("improvement") or {} for r in some) if None not in (i.get("before"), i.get("after"))]
         harms = sum(i["after"] > i["before"] + 0.05 for i in runs)
