@@ -11,6 +11,7 @@ import random
 import bayes
 import physics
 import rungs
+import sets
 
 COMPUTED = rungs.RUNGS[:4]
 WORDS = {"truth": "could not be known (P*)", "forms": "forms of the tool", "priors": "priors of the tool", "noise": "noise estimated", "fitted": "not fitted",
@@ -26,7 +27,7 @@ def read(out):
         kept = json.loads(file.read_text(encoding="utf-8"))
         key = json.loads((out / "keys" / file.name).read_text(encoding="utf-8"))
         case = {"id": key["id"], "family": key["family"], "names": key["names"], "rungs": kept["rungs"], "cpu_s": kept["cpu_s"], "campaign": key["campaign"],
-                "level": key["level"], "d_prime": min((t["d_prime"] or 0.0 for t in key["truth"].values()), default=None), "tool": None}
+                "level": key["level"], "misstated": key.get("misstated"), "ship_file": None, "d_prime": min((t["d_prime"] or 0.0 for t in key["truth"].values()), default=None), "tool": None}
         law = kept["rungs"]["truth"]["law"]
         case["d_det"], case["d_name"] = bayes.separation(law["nats_detected"]), bayes.separation(law["nats_named"]) if "nats_named" in law else None
         second = kept["rungs"]["truth"].get("nats_second")
@@ -34,15 +35,16 @@ def read(out):
         report, run = out / "results" / key["id"] / "report.json", out / "results" / key["id"] / "run.json"
         if run.exists():
             failed = json.loads(run.read_text(encoding="utf-8"))["exit_code"] != 0 or not report.exists()
-            case["tool"] = rungs.tool(key, {} if failed else json.loads(report.read_text(encoding="utf-8")))
+            said = {} if failed else json.loads(report.read_text(encoding="utf-8"))
+            case["tool"], case["ship_file"] = rungs.tool(key, said), (said.get("ship_file") or {}).get("state", "not said")
         cases.append(case)
     return cases
 
 
 def share(case, rung, question, kind="own"):
     """Share of right answers of a rung; None where it was not computed or not asked."""
-    if rung in COMPUTED:
-        return case["rungs"][rung].get(kind, {}).get(question)
+    if rung in COMPUTED or rung == "kinds":
+        return case["rungs"].get(rung, {}).get(kind, {}).get(question)
     return None if case["tool"] is None else case["tool"][rung].get(question)
 
 
@@ -94,11 +96,26 @@ def efficiency_table(cases):
             for span, inside in bins if asked else []:
                 if not inside or span is not None and question in ("set", "accepted"):
                     continue
-                right, reach, ratio, low, high = efficiency(inside, question)
+                against = "kinds" if kind == "out of the catalogue" else "priors"
+                right, reach, ratio, low, high = efficiency(inside, question, against)
                 best = sum(share(c, "truth", question) for c in inside)
                 words = "all" if span is None else f"{span[0]:g} to {span[1]:g}" if span[1] < 1e9 else f"above {span[0]:g}"
                 said = f"{100 * ratio:.0f} % ({100 * low:.0f} to {100 * high:.0f})" if ratio is not None else "–"
                 lines.append(f"| {kind}: {ASKED[question]} | {words} | {len(inside)} | {right:.0f} | {reach:.1f} | {best:.1f} | {said} |")
+    return lines
+
+
+def known_table(cases):
+    """What can be known, by the d' of the key; apart where an effect only multiplies what a coefficient multiplies."""
+    lines = ["| single effects | d' of the key | cases | P*: detected | P*: named first | exact inference: detected | named first |", "|---" * 7 + "|"]
+    singles = [c for c in acting(cases) if kind_of(c) in ("single effects", "sensors")]
+    for words, some in (("that multiply a coefficient", [c for c in singles if c["names"][0] in sets.SLABS]), ("all others", [c for c in singles if c["names"][0] not in sets.SLABS])):
+        for low, high, label in ((0.0, 4.5, "about 3"), (4.5, 9.0, "6"), (9.0, 19.0, "12"), (19.0, float("inf"), "30")):
+            inside = [c for c in some if low <= c["d_prime"] < high]
+            if inside:
+                mean = lambda r, q, kind: f"{100 * sum(share(c, r, q, kind) for c in inside) / len(inside):.0f} %"
+                lines.append(f"| {words} | {label} | {len(inside)} | {mean('truth', 'detected', 'law')} | {mean('truth', 'first', 'law')} | "
+                             f"{mean('priors', 'detected', 'own')} | {mean('priors', 'first', 'own')} |")
     return lines
 
 
@@ -132,12 +149,25 @@ def expected_table(cases):
 def null_table(cases):
     """Alarms where nothing is missing: by construction 1 % over the law, here of the cases' own coefficients and forms."""
     lines = ["| nothing is missing | cases | " + " | ".join(COMPUTED) + " | the tool |", "|---" * 7 + "|"]
-    groups = sorted({c["family"] for c in cases if not c["names"]})
+    groups = sorted({c["family"] for c in cases if not c["names"]})  # files that misstate are among them: there an alarm tells a wrong file from no missing physics
     for family in groups:
         some = [c for c in cases if c["family"] == family and not c["names"]]
         cells = [f"{100 * sum(share(c, r, 'detected') for c in some) / len(some):.1f} %" for r in COMPUTED]
         run = [c for c in some if c["tool"] is not None]
         lines.append(f"| {family} | {len(some)} | " + " | ".join(cells) + f" | {sum(share(c, 'chosen', 'detected') for c in run):.0f} of {len(run)} |")
+    return lines
+
+
+def ship_file_table(cases):
+    """What the tool says of the ship's file, where it misstates how well its coefficients are known and where it does not."""
+    words = {"all": "all widths a third of the true ones", "one": "one coefficient off by five widths", None: "as drawn"}
+    lines = ["| the ship's file | cases | `off` | `cannot-tell` | `as-stated` | names something missing or at fault |", "|---" * 6 + "|"]
+    for kind in ("all", "one", None):
+        some = [c for c in cases if c["misstated"] == kind and c["tool"] is not None and (kind or not c["names"])]
+        if some:
+            said = [c["ship_file"] for c in some]
+            lines.append(f"| {words[kind]} | {len(some)} | {said.count('off')} | {said.count('cannot-tell')} | {said.count('as-stated')} | "
+                         f"{sum(share(c, 'chosen', 'detected') for c in some):.0f} |")
     return lines
 
 
@@ -149,8 +179,8 @@ def parts(cases):
     law = sum(max(c["rungs"]["truth"]["own"]["se"].values()) for c in cases) / len(cases)
     head = [f"{len(cases)} cases, {sum(c['tool'] is not None for c in cases)} of them with a report. Monte Carlo error of a share in one case: {law:.3f} (generating law), "
             f"{exact:.3f} (exact inference) at most, in the mean. {sum(c['cpu_s'] for c in cases) / len(cases):.0f} s a case."]
-    return {"ladder": head, "blame": blame_table(cases), "expected answers": expected_table(cases), "efficiency": efficiency_table(cases),
-            "nulls of the ladder": null_table(cases)}
+    return {"ladder": head, "what can be known": known_table(cases), "blame": blame_table(cases), "expected answers": expected_table(cases), "efficiency": efficiency_table(cases),
+            "nulls of the ladder": null_table(cases), "ship files": ship_file_table(cases)}
 
 
 def report(cases):

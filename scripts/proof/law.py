@@ -169,7 +169,8 @@ class Scene:
     # --- whitened --------------------------------------------------------------------------------------------------
     def white(self, a, S):
         """(N, numbers) of (N, 3, recordings, samples), noise of one by unit spectra S by axis."""
-        return np.concatenate([sep.whitened(a[:, axis], self.omega, S[axis]).reshape(len(a), -1) for axis in range(3)], 1)
+        numbers = self.R * 2 * len(self.omega)
+        return np.concatenate([sep.whitened(a[:, axis], self.omega, S[axis]).reshape(len(a), numbers) for axis in range(3)], 1)
 
     def primes(self, name, changes):
         """d' of changes, as campaign.py computes it."""

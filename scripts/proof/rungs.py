@@ -163,8 +163,9 @@ class Bench:
         return Y, K, {"nulls": slice(0, nulls), "law": slice(nulls, nulls + by_law), "own": slice(nulls + by_law, None)}
 
     # --- rungs 1 and 2 -----------------------------------------------------------------------------------------------
-    def generating_law(self, Y, K, level, S):
-        """Posterior over the classes of the law, in the forms of a level: (names, ln p (classes, data))."""
+    def generating_law(self, Y, K, level, S, by_kind=False):
+        """Posterior over the classes of the law, in the forms of a level: (names, which are silent, ln p (classes, data)).
+        by_kind: of what is out of the catalogue only the kind is known, as it must be in the tool's forms."""
         scene, ratio = self.scene, self.ratio(S)
         own_forms = level == scene.level and S is scene.truths_S
         if not own_forms:
@@ -211,12 +212,12 @@ class Bench:
             both = products(np.concatenate([a.nodes[level], b.nodes[level]]), False)
             C, T, weights = product(a, b)
             add((one, other), weight, [bayes.mixture(bayes.log_bayes_factors(Q, x, C, T), weights) for Q, x in both], False)
-        if own_forms:
+        if own_forms and not by_kind:
             for name, weight in self.outside.items():
                 deck = self.decks[name]
                 add((law.UNKNOWN,), weight, [bayes.mixture(bayes.log_bayes_factors(Q, b, deck.C, deck.T), deck.weights)
                                              for Q, b in products(deck.nodes[level], False)], False)
-        else:  # the tool's forms have none: kinds of things
+        else:  # kinds of things
             total = sum(self.outside.values())
             for alternatives in self.kinds.values():
                 factors = []
@@ -350,10 +351,11 @@ def compute(key, track):
     Y, K, parts = bench.data(rng, NULLS, LAW, OWN)
     out = {}
     names, silent, post = bench.generating_law(Y, K, scene.level, scene.truths_S)
-    # classes have prior weights of the design; odds of detection need none, and names are told by them
     out["truth"] = summary(names, silent, post, parts, truth)
     if len(truth) == 2:
         out["truth"]["nats_second"] = second_given_first(names, post[:, parts["law"]], truth)
+    if law.UNKNOWN in truth:  # what can be told of it by somebody who knows no more than kinds of things
+        out["kinds"] = summary(*bench.generating_law(Y, K, scene.level, scene.truths_S, by_kind=True), parts, truth)
     names, silent, post = bench.generating_law(Y, K, 1, scene.tools_S)
     out["forms"] = summary(names, silent, post, parts, truth)
     few = {"nulls": slice(0, NULLS_EXACT), "law": slice(0, 0), "own": slice(NULLS_EXACT, NULLS_EXACT + OWN_EXACT)}

@@ -223,6 +223,20 @@ class Law(unittest.TestCase):
         self.assertGreater(out["truth"]["own"]["first"], 0.8)
 
 
+class InverseCrime(unittest.TestCase):
+    def test_at_level_1_the_forms_are_the_tools(self):
+        key, scene, arrays = (written(names=("ice-drag",), level=1, prime=30.0)[k] for k in (2, 4, 5))
+        self.assertEqual(scene.structure().shape[0], 0)
+        np.testing.assert_array_equal(scene.lack, 0.0)
+        bench = rungs.Bench(key, Kept(arrays))
+        Y, K, parts = bench.data(np.random.default_rng(1), 199, 0, 40)
+        for by_kind in (False, True):
+            got = rungs.summary(*bench.generating_law(Y, K, 1, scene.truths_S, by_kind), parts, (law.UNKNOWN,))
+            self.assertGreater(got["own"]["detected"], 0.5)
+        # what is dropped is noise alone
+        self.assertLess(bench.kept.size, scene.white(scene.lack, scene.truths_S).shape[1])
+
+
 class Forces(unittest.TestCase):
     def test_forces_from_outside_add_to_all_others(self):
         scene = written("vectwin-3m", (), "measured")[4]
