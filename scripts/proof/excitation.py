@@ -44,6 +44,7 @@ class Pilot:
         self.u0 = ship["u0_mps"] * column("u_share", 1.0)
         self.side = np.sign(self.rudder) + (self.rudder == 0.0)
         self.is_ = {k: self.kind == k for k in ("straight", "reciprocal", "zigzag", "turn", "random", "berthing")}
+        self.scheduled = [(i, r["schedule"]) for i, r in enumerate(recordings) if r["kind"] == "schedule"]  # {channel: [(from [s], order), ...]}
         self.interval = ship["random_interval_s"]
         steps = int(duration / self.interval) + 2
         self.orders = {}
@@ -100,6 +101,10 @@ class Pilot:
             else:
                 order = np.where(is_["berthing"], bow, 0.0)
             out[c] = np.clip(np.where(is_["random"], table[:, index], order), low, high)
+        for i, schedule in self.scheduled:
+            for c, steps in schedule.items():
+                low, high, _ = self.orders[c]
+                out[c][i] = min(max(next(value for start, value in reversed(steps) if start <= t), low), high)
         return out
 
 

@@ -21,6 +21,13 @@ FACTORS = ("X_0", "X_vr", "Y_v", "Y_r", "N_v", "N_r", "C_D", "C_rY", "C_rN", "m_
 PRIOR = dict(zip(FACTORS, (0.10, 0.3, 0.15, 0.25, 0.15, 0.15, 0.20, 0.2, 0.2, 0.3, 0.15, 0.15, 0.05, 0.05, 0.05, 0.10, 0.2, 0.2, 0.15, 0.2,
                            0.15, 0.3, 0.10)))
 
+# Constants of the level 2 forms and their standard deviations: a truth of level 2 draws them, so that "another structure" is a law and not one ship.
+FORMS = dict(  # center, sd
+    wake_rate=(1.35, 0.25), wake_saturation=(2.0, 0.4), K_T_cubic=(1.0, 0.3), race=(1.0, 0.3), resistance_power=(-0.12, 0.04), side_drop=(0.7, 0.2),
+    bluntness=(0.6, 0.2), rudder_curve=(1.0, 0.3), gamma_share=(1.0, 0.15), flow_share=(1.0, 0.25), wind_cross=(0.2, 0.05), wind_arm=(0.16, 0.04),
+    thruster_curve=(1.0, 0.3))
+FORM_CENTER = {k: center for k, (center, sd) in FORMS.items()}
+
 # Effects that act on the ship, with the value at which they are off.
 NEUTRAL = dict(
     current_x=0.0, current_y=0.0, tide_x=0.0, tide_y=0.0, tide_w=0.01, tide_phase=0.0, shear_x=0.0, shear_y=0.0,
@@ -50,11 +57,15 @@ def outline(L, B, level=2):
     return ((0.5 * L, 0.0), (0.35 * L, 0.5 * B), (0.35 * L, -0.5 * B), (-0.5 * L, 0.4 * B), (-0.5 * L, -0.4 * B))
 
 
-class Model:
-    """A ship at a level; `factors` and `effects` map names to arrays, one element per case."""
+_FITTED = {}  # constants that join the level 2 forms to a ship, by its name
 
-    def __init__(self, ship, level, factors, effects):
+
+class Model:
+    """A ship at a level; `factors`, `effects` and `forms` (constants of level 2) map names to arrays, one element per case."""
+
+    def __init__(self, ship, level, factors, effects, forms=None):
         self.ship, self.level = ship, level
+        self.c = {**FORM_CENTER, **(forms or {})}
         p = ship["particulars"]
         self.L, self.B, self.d, self.rho = p["L_pp_m"], p["B_m"], p["d_m"], p["rho_kgpm3"]
         self.f = {k: factors.get(k, 1.0) for k in FACTORS}
@@ -67,7 +78,12 @@ class Model:
         self.C_b = ship["inertia"]["m"] * self.L / (2.0 * self.B)
         self.u_design = ship["u0_mps"]
         if level == 2:
-            self._fit_other_forms()
+            kept = _FITTED.setdefault(ship["name"], {})
+            if not kept:
+                before = set(self.__dict__)
+                self._fit_other_forms()
+                kept.update({k: v for k, v in self.__dict__.items() if k not in before})
+            self.__dict__.update(kept)
 
     def _fit_other_forms(self):
         """Constants of the level 2 forms, from the ship's numbers."""
@@ -140,12 +156,12 @@ class Model:
         if self.level == 1:
             CX, CY, CN = self._fujiwara(gamma)
             X, Y, N = q * A_T * CX, q * A_L * CY, q * A_L * self.L * CN
-        else:  # form of Blendermann (1994), with cross-force parameter 0.4
-            below = 1.0 - 0.2 * (1.0 - self.wind_along / self.wind_lateral) * np.sin(2.0 * gamma) ** 2
+        else:  # form of Blendermann (1994), with cross-force parameter 0.4 at the center of the forms
+            below = 1.0 - self.c["wind_cross"] * (1.0 - self.wind_along / self.wind_lateral) * np.sin(2.0 * gamma) ** 2
             CY = -self.wind_lateral * np.sin(gamma) / below
             X = -q * A_L * self.wind_along * np.cos(gamma) / below
             Y = q * A_L * CY
-            N = q * A_L * self.L * CY * (self.wind_arm - 0.16 * (np.abs(gamma) - 0.5 * np.pi))
+            N = q * A_L * self.L * CY * (self.wind_arm - self.c["wind_arm"] * (np.abs(gamma) - 0.5 * np.pi))
         return X * e["kX"] * self.f["k_X"], Y * e["kY"] * self.f["k_Y"], N * e["kN"] * self.f["k_N"]
 
     def _cross_flow(self, v, k):
@@ -155,7 +171,7 @@ class Model:
             Y = N = 0.0
             for x in (np.arange(10) + 0.5) / 10.0 - 0.5:
                 w = v + k * (x * L)
-                f = (1.0 + 0.6 * (4.0 * x * x - 1.0 / 3.0)) * np.abs(w) * w * 0.1
+                f = (1.0 + self.c["bluntness"] * (4.0 * x * x - 1.0 / 3.0)) * np.abs(w) * w * 0.1
                 Y, N = Y + f, N + f * x
             return Y, N
         half = 0.5 * k * L
@@ -194,8 +210,8 @@ class Model:
             X = X_0 * u * U
             Y, N = Y_v * v * np.abs(u), N_v * v * u
         else:  # resistance falls with Reynolds' number; side force levels off at large drift
-            X = X_0 * u * U * (np.maximum(U, 0.05 * self.u_design) / self.u_design) ** -0.12
-            drop = 1.0 / (1.0 + 0.7 * v * v / (U * U + 1e-12))
+            X = X_0 * u * U * (np.maximum(U, 0.05 * self.u_design) / self.u_design) ** self.c["resistance_power"]
+            drop = 1.0 / (1.0 + self.c["side_drop"] * v * v / (U * U + 1e-12))
             Y, N = Y_v * v * np.abs(u) * drop, N_v * v * u * drop
         C_D = h["C_D"] * f["C_D"] * e["C_D_gain"]
         X = X + h["X_vr"] * f["X_vr"] * L * v * r
@@ -221,7 +237,7 @@ class Model:
             if self.level == 1:
                 wake = quadratic(p["a"], J_s) + oblique(p["b"])
             else:
-                wake = quadratic(p["a"], J_s) + 0.5 * p["b"][0] * (1.0 - np.exp(-2.0 * v_P * v_P))
+                wake = quadratic(p["a"], J_s) + p["b"][0] / self.c["wake_saturation"] * (1.0 - np.exp(-self.c["wake_saturation"] * v_P * v_P))
             wake = np.clip(wake * f["1-w"] - dw, 0.0, 1.0)
             wake = np.where(ahead, np.where(n > 1e-9, wake, 0.0), 1.0)
             u_P = u * wake
@@ -233,11 +249,11 @@ class Model:
             n2K = np.where(u < 0.0, k_astern[0] * n * n + k_astern[1] * n * w + k_astern[2] * w * w,
                            k_ahead[0] * n * n + k_ahead[1] * n * w + k_ahead[2] * w * w)
             if self.level == 2:
-                c = self.K_T_cubic
-                n2K = np.where((u >= 0.0) & (J < 0.95) & (n > 1e-9), n * n * (c[0] + c[1] * J + c[2] * J**3), n2K)
+                c, share = self.K_T_cubic, self.c["K_T_cubic"]
+                n2K = np.where((u >= 0.0) & (J < 0.95) & (n > 1e-9), share * n * n * (c[0] + c[1] * J + c[2] * J**3) + (1.0 - share) * n2K, n2K)
         else:
             a = np.abs(v_P)
-            w_P = quadratic(p["w_P"], a) if self.level == 1 else p["w_P"][0] * np.exp(-1.35 * a)
+            w_P = quadratic(p["w_P"], a) if self.level == 1 else p["w_P"][0] * np.exp(-self.c["wake_rate"] * a)
             wake = np.where(ahead, np.clip((1.0 - w_P) * f["1-w"] - dw, 0.0, 1.0), 1.0)
             u_P = u * wake
             w, u_D = u_P / D, u / D
@@ -245,8 +261,8 @@ class Model:
             k = p["K_T"]
             n2K = k[0] * n * n + k[1] * n * w + k[2] * w * w
             if self.level == 2:
-                c = self.K_T_cubic
-                n2K = np.where((n > 1e-9) & (J > 0.0) & (J < 0.95), n * n * (c[0] + c[1] * J + c[2] * J**3), n2K)
+                c, share = self.K_T_cubic, self.c["K_T_cubic"]
+                n2K = np.where((n > 1e-9) & (J > 0.0) & (J < 0.95), share * n * n * (c[0] + c[1] * J + c[2] * J**3) + (1.0 - share) * n2K, n2K)
             back = n < 0.0
             reversed_ = np.where(u_D <= p["J_s_reversed"] * n, p["K_T_reversed"][0] * n * n + p["K_T_reversed"][1] * n * u_D,
                                  p["K_T_reversed_low"] * n * n)
@@ -281,17 +297,24 @@ class Model:
         alpha = delta - np.arctan2(v_R, u_R)
         if self.level == 2 or "stall" in self.active:
             alpha = np.arctan2(np.sin(alpha), np.cos(alpha))
-        if self.level == 2:
-            C = self._other_normal_forces(alpha) @ self.C_N_terms
-        elif self.is_vectwin:
-            C = vectwin_normal_force(delta - np.arctan2(v_R, u_R))
+        if self.is_vectwin:
+            C = vectwin_normal_force(alpha if self.level == 2 else delta - np.arctan2(v_R, u_R))
         else:
             C = self.rd["f_alpha"] * np.sin(alpha)
+        if self.level == 2:
+            C = C + self.c["rudder_curve"] * (self._other_normal_forces(alpha) @ self.C_N_terms - C)
         if "stall" in self.active:
             over = np.maximum(np.abs(alpha) - self.e["stall"], 0.0)
             drop = 1.0 - np.exp(-over / 0.2) if self.level == 1 else over / (over + 0.15)
             C = C * (1.0 - self.e["stall_c"] * drop)
         return C * (u_R * u_R + v_R * v_R)
+
+    def _race(self, eta, a, b):
+        """Mean square of the inflow, a in the slipstream and b beside it; level 2 averages speeds instead of squares."""
+        squares = eta * a * a + (1.0 - eta) * b * b
+        if self.level == 1:
+            return squares
+        return np.maximum(squares - self.c["race"] * eta * (1.0 - eta) * (a - b) ** 2, 0.0)
 
     def _rudder(self, u, v, r, flow, n, act):
         rd, f, e, L = self.rd, self.f, self.e, self.L
@@ -317,7 +340,7 @@ class Model:
 
             def slipstream(b):
                 a = b + gain
-                q2 = eta * a * a + (1.0 - eta) * b * b if self.level == 1 else (eta * a + (1.0 - eta) * b) ** 2
+                q2 = self._race(eta, a, b)
                 return np.where(n2K > 0.0, np.sqrt(q2), 0.0)
 
             u_s, u_p = f_s * slipstream(w_s * u), f_p * slipstream(w_p * u)
@@ -335,6 +358,7 @@ class Model:
                 else:  # quadrants pass into each other
                     a, c = 0.5 + 0.5 * np.tanh(d2 / 0.08), 0.5 + 0.5 * np.tanh(beta / 0.04)
                     gamma = 0.85 * ((1.0 - a) * ((1.0 - c) * g[1] + c * g[0]) + a * ((1.0 - c) * g[3] + c * g[2])) + 0.1 * np.tanh(4.0 * b)
+                    gamma = self.c["gamma_share"] * gamma
                 gammas.append(f["gamma_R"] * gamma)
             right = r >= 0.0
             if self.level == 1:
@@ -342,8 +366,9 @@ class Model:
                 l_p = np.where(right, np.where(dp2 < 0.0, 0.6, 0.4), np.where(dp2 < 0.0, 0.0, 0.2))
             else:
                 a, c, e2 = (0.5 + 0.5 * np.tanh(x) for x in (r * self.scale / 0.01, ds2 / 0.08, dp2 / 0.08))
-                l_s = 0.25 * 0.3 + 0.75 * (a * 0.2 * (1.0 - c) + (1.0 - a) * (0.4 + 0.2 * c))
-                l_p = 0.25 * 0.3 + 0.75 * (a * (0.6 - 0.2 * e2) + (1.0 - a) * 0.2 * e2)
+                k = 0.25 * self.c["flow_share"]
+                l_s = k * 0.3 + (1.0 - k) * (a * 0.2 * (1.0 - c) + (1.0 - a) * (0.4 + 0.2 * c))
+                l_p = k * 0.3 + (1.0 - k) * (a * (0.6 - 0.2 * e2) + (1.0 - a) * 0.2 * e2)
             F_s = q * e["k_R"] * e["k_S"] * self._normal_force(u_s, -gammas[0] * v - l_s * rd["x_R_m"] * f["l_R"] * r, ds2)
             F_p = q * e["k_R"] * e["k_P"] * self._normal_force(u_p, -gammas[1] * v - l_p * rd["x_R_m"] * f["l_R"] * r, dp2)
             if "k_pair" in self.active:
@@ -357,7 +382,7 @@ class Model:
             delta = act["delta"] + e["rudder_offset"]
             b = rd["epsilon"] * u_P
             a = b + rd["k_x"] * (race - u_P)
-            q2 = eta * a * a + (1.0 - eta) * b * b if self.level == 1 else (eta * a + (1.0 - eta) * b) ** 2
+            q2 = self._race(eta, a, b)
             pushing = (n >= 0.0) & (n2K > 0.0)
             suction = rd["k_reversed"] * D * np.sqrt(8.0 * np.abs(n2K) / np.pi)
             c = b + np.where(n < 0.0, -suction, suction)
@@ -368,7 +393,8 @@ class Model:
                 gamma = np.where(inflow < 0.0, rd["gamma_R_negative"], rd["gamma_R_positive"])
             else:
                 mean, half = 0.5 * (rd["gamma_R_negative"] + rd["gamma_R_positive"]), 0.5 * (rd["gamma_R_negative"] - rd["gamma_R_positive"])
-                gamma = (mean - half * np.tanh(inflow / (0.02 * self.scale))) * (0.92 + 0.15 * np.tanh(np.abs(inflow) / (0.1 * self.scale)))
+                gamma = (mean - half * np.tanh(inflow / (0.02 * self.scale))) * (0.92 + 0.15 * self.c["flow_share"] * np.tanh(np.abs(inflow) / (0.1 * self.scale)))
+                gamma = self.c["gamma_share"] * gamma
             v_R = -gamma * f["gamma_R"] * (v + rd["l_R"] * f["l_R"] * L * r)
             F = q * e["k_R"] * e["k_P"] * self._normal_force(u_R, v_R, delta)
             across, along = F * np.cos(delta), F * np.sin(delta)
@@ -397,7 +423,8 @@ class Model:
                 N = N + np.where(near, (1.0 + quadratic(t["a_N"], Fr)) * T * t["x_m"], 0.0)
             else:
                 fade = 1.0 / (1.0 + np.exp(np.clip((np.abs(u) / t["u_max_mps"] - 1.0) / 0.03, -50, 50)))
-                k = [c[0] + c[1] * np.exp(-(Fr / c[2]) ** 2) for c in self.thruster_fit[i]]
+                plain = [1.0 + quadratic(a, Fr) for a in (t["a_Y"], t["a_N"])]
+                k = [p + self.c["thruster_curve"] * (c[0] + c[1] * np.exp(-(Fr / c[2]) ** 2) - p) for p, c in zip(plain, self.thruster_fit[i])]
                 Y, N = Y + fade * k[0] * T, N + fade * k[1] * T * t["x_m"]
         return X, Y, N
 
@@ -443,24 +470,33 @@ class Model:
             X, Y, N = X + A[0], Y + A[1], N + A[2]
         X, Y, N = self._outside(s, act, u, v, r, U, cos, sin, X, Y, N)
 
-        i = self.ship["inertia"]
-        mass = 0.5 * self.rho * L * L * self.d
-        gain = 1.0 + e["draft"]
-        m, m_x, m_y = i["m"] * mass * gain, i["m_x"] * mass * gain * f["m_x"] * e["k_mx"], i["m_y"] * mass * gain * f["m_y"] * e["k_my"] * e["s_my"]
-        x_G = i["x_G"] * L + e["dx_G"]
-        I = i["I_zG_plus_J_z"] * mass * L * L * gain * f["I_z"]
-        # the added part is taken as half of the sum
-        I = I * (1.0 + 0.4 * (e["k_Jz"] * e["s_Iz"] - 1.0)) + x_G * x_G * m
+        m, m_x, m_y, x_G, I = self._inertia()
         ax, ay = Ax * cos + Ay * sin, -Ax * sin + Ay * cos  # of the water, in ship axes
         # in velocities through the water; those over ground follow
-        bx = X + (m + m_y) * v * r + x_G * m * r * r - m * ax
-        by = Y - (m + m_x) * u * r - m * ay
-        bn = N - x_G * m * u * r - x_G * m * ay
-        du = bx / (m + m_x)
-        det = (m + m_y) * I - (x_G * m) ** 2
-        dv = (I * by - x_G * m * bn) / det
-        dr = ((m + m_y) * bn - x_G * m * by) / det
+        du, dv, dr = self._solved(X + (m + m_y) * v * r + x_G * m * r * r - m * ax, Y - (m + m_x) * u * r - m * ay, N - x_G * m * u * r - x_G * m * ay)
         return du + r * v_c + ax, dv - r * u_c + ay, dr
+
+    def _inertia(self):
+        i, f, e = self.ship["inertia"], self.f, self.e
+        mass = 0.5 * self.rho * self.L * self.L * self.d
+        gain = 1.0 + e["draft"]
+        m, m_x, m_y = i["m"] * mass * gain, i["m_x"] * mass * gain * f["m_x"] * e["k_mx"], i["m_y"] * mass * gain * f["m_y"] * e["k_my"] * e["s_my"]
+        x_G = i["x_G"] * self.L + e["dx_G"]
+        I = i["I_zG_plus_J_z"] * mass * self.L * self.L * gain * f["I_z"]
+        # the added part is taken as half of the sum
+        return m, m_x, m_y, x_G, I * (1.0 + 0.4 * (e["k_Jz"] * e["s_Iz"] - 1.0)) + x_G * x_G * m
+
+    def _solved(self, bx, by, bn):
+        """(u', v_m', r') of the right-hand sides of the equations of motion."""
+        m, m_x, m_y, x_G, I = self._inertia()
+        det = (m + m_y) * I - (x_G * m) ** 2
+        return bx / (m + m_x), (I * by - x_G * m * bn) / det, ((m + m_y) * bn - x_G * m * by) / det
+
+    def change_by_outside(self, s, act):
+        """Change of the accelerations by the forces of _outside, which add to all others: far cheaper than two whole evaluations."""
+        cos, sin = np.cos(s["psi"]), np.sin(s["psi"])
+        U = np.sqrt(s["u"] ** 2 + s["v"] ** 2)
+        return self._solved(*self._outside(s, act, s["u"], s["v"], s["r"], U, cos, sin, 0.0, 0.0, 0.0))
 
     def _outside(self, s, act, u, v, r, U, cos, sin, X, Y, N):
         """Forces from outside the ship's own modules."""

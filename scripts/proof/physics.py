@@ -75,7 +75,7 @@ def fender_shape(rng, ship, track):
         points = [track["x"] * wx + track["y"] * wy + a * np.cos(track["psi"] - angle) - b * np.sin(track["psi"] - angle) for a, b in m.outline(p["L_pp_m"], p["B_m"])]
         reach = np.max(points, 0)
         at = np.unravel_index(np.argmax(reach), reach.shape)
-        if at[0] < len(reach) - 1 and 0.2 < at[1] / reach.shape[1] < 0.8:  # in a recording that is not held out
+        if at[0] < track.get("fitted", len(reach)) and 0.2 < at[1] / reach.shape[1] < 0.8:  # in a recording that is fitted to
             break
     return {"angle": angle, "reach": float(np.max(reach)), "stiffness": float(rng.uniform(0.5, 2.0))}
 

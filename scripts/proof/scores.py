@@ -3,8 +3,9 @@
 import math
 import random
 
-DECISION_PRIME = 6.0
-NEVER_NAMED = {"body-force", "earth-force"}  # generic names: in the catalogue as competitors, scored as all others
+# What a report says of a case in which something acts; each case has one.
+OUTCOMES = ("right", "some of it", "right and wrong", "wrong", "unknown", "mismatch, unnamed", "undecided", "missed", "failed")
+DETECTED = ("right", "some of it", "unknown")  # a wrong name is no detection, and a mismatch without any is counted apart
 ANGLES = ("current_set_deg", "wind_dir_deg", "wave_from_deg", "direction_deg", "wall_direction_deg")
 
 
@@ -82,6 +83,57 @@ def difference(name, a, b):
     return (a - b + 180.0) % 360.0 - 180.0 if name in ANGLES else a - b
 
 
+def outcome(report, truth):
+    """One of OUTCOMES, where `truth` acts."""
+    chosen = chosen_of(report)
+    named = set(chosen) - {"unknown"}
+    if named:
+        if named <= set(truth):
+            return "right" if named == set(truth) else "some of it"
+        return "right and wrong" if named & set(truth) else "wrong"
+    if chosen:
+        return "unknown"
+    return {"mismatch": "mismatch, unnamed", "undecided": "undecided"}.get(report.get("verdict"), "missed")
+
+
+def overlap(intervals, truth):
+    """Intersection over union of a union of intervals and one interval."""
+    merged = []
+    for low, high in sorted(intervals):
+        if merged and low <= merged[-1][1]:
+            merged[-1][1] = max(merged[-1][1], high)
+        else:
+            merged.append([low, high])
+    inside = sum(max(0.0, min(high, truth[1]) - max(low, truth[0])) for low, high in merged)
+    union = sum(high - low for low, high in merged) + truth[1] - truth[0] - inside
+    return inside / union if union > 0.0 else 0.0
+
+
+def located(report, key):
+    """Where a single effect acts against where the report says: overlap in time (of what was located without a name, and of a named effect's own times), whether
+    the axis with the most of it is right, half the sum of the differences of the axes' shares, error of the point of attack [L]. None where not asked or not said."""
+    out = {"overlap": None, "overlap_named": None, "axis": None, "shares_off": None, "x_F_off": None}
+    if len(key["names"]) != 1:
+        return out
+    name = key["names"][0]
+    truth, found = key["truth"].get(name, {}), report.get("located") or {}
+    if truth.get("interval_s"):
+        stem = str(truth.get("file", "")).removesuffix(".csv")
+        mine = [i for i in found.get("intervals") or [] if str(i.get("file", "")).rsplit("/", 1)[-1].removesuffix(".csv") == stem]
+        out["overlap"] = overlap([(i["t_start_s"], i["t_end_s"]) for i in mine], truth["interval_s"])
+        given = stated(report, name) if name in chosen_of(report) else {}
+        if {"t_start_s", "t_end_s"} <= set(given):
+            out["overlap_named"] = overlap([(given["t_start_s"][0], given["t_end_s"][0])], truth["interval_s"])
+    shares, true = found.get("dof"), truth.get("dof")
+    if shares and true:
+        out["axis"] = max(shares, key=shares.get) == max(true, key=true.get)
+        out["shares_off"] = 0.5 * sum(abs(shares.get(k, 0.0) - v) for k, v in true.items())
+    line = found.get("line_of_action")
+    if line and line.get("x_F_over_L_pp") is not None and truth.get("x_F_over_L_pp") is not None and true and true["sway"] > 0.1:
+        out["x_F_off"] = abs(line["x_F_over_L_pp"] - truth["x_F_over_L_pp"])
+    return out
+
+
 def quantities(report, key):
     """Rows (name, parameter, truth, estimate, covered or None, relative error or None) of what was named rightly."""
     rows = []
@@ -105,10 +157,11 @@ def judge(key, run, report):
     primes = [key["truth"].get(n, {}).get("d_prime") for n in truth]
     known = [d for d in primes if d is not None and math.isfinite(d)]
     out = {"id": key["id"], "family": key["family"], "truth": truth, "d_prime": min(known) if known else None, "level": key["level"], "ship": key["ship"],
-           "campaign": key["campaign"], "failed": run.get("exit_code") != 0 or report is None, "wall_s": run.get("wall_s"), "peak_kB": run.get("peak_kB")}
+           "campaign": key["campaign"], "error_kind": key.get("error_kind"), "failed": run.get("exit_code") != 0 or report is None, "wall_s": run.get("wall_s"), "peak_kB": run.get("peak_kB")}
     if out["failed"]:
-        out.update({"alarm": False, "verdict": None, "chosen": [], "first": False, "ranked": None, "top3": False, "set_ok": False, "set_size": 0, "both": False,
-                    "unknown": False, "quantities": [], "probability": None, "right": None})
+        out.update({"alarm": False, "verdict": None, "chosen": [], "outcome": "failed" if truth else None, "detected": False, "first": False, "ranked": None, "top3": False,
+                    "set_ok": False, "set_size": 0, "both": False, "unknown": False, "quantities": [], "probability": None, "right": None, "inclusion": [],
+                    "located": {}, "ship_file": None})
         return out
     chosen = chosen_of(report)
     ranked, accepted = ranking(report), accepted_set(report)
@@ -116,16 +169,21 @@ def judge(key, run, report):
     h = hypotheses[0] if hypotheses else None
     out["verdict"], out["chosen"], out["p_value"] = report.get("verdict"), chosen, report.get("p_value")
     out["alarm"] = report.get("verdict") == "mismatch" or bool(chosen)
+    out["outcome"] = outcome(report, truth) if truth else None
+    out["detected"] = out["outcome"] in DETECTED
     named = [n for n in chosen if n != "unknown"]
     out["first"] = bool(truth) and bool(named) and named[0] in truth
     out["exact"] = set(named) == set(truth)
     out["ranked"] = ranked[:3]
     out["ranked_first"] = bool(truth) and bool(ranked) and ranked[0] in truth
     out["top3"] = bool(truth) and bool(set(ranked[:3]) & set(truth))
-    out["both"] = len(truth) > 1 and set(truth) <= set(named)
-    out["set_ok"] = bool(truth) and any(set(truth) <= set(members) for members in accepted)
+    out["both"] = len(truth) > 1 and set(truth) == set(named)
+    out["set_ok"] = bool(truth) and any(set(truth) == set(members) for members in accepted)  # one with more in it is another hypothesis
     out["set_size"] = len(accepted)
     out["unknown"] = "unknown" in chosen
+    out["located"] = located(report, key)
+    out["ship_file"] = (report.get("ship_file") or {}).get("state")
+    out["inclusion"] = [(p, name in truth) for name, p in (report.get("inclusion") or {}).items() if p is not None and not name.startswith("coefficient:")]
     out["quantities"] = quantities(report, key)
     in_catalogue = key["family"] != "outside"
     wanted = set(truth)
@@ -138,6 +196,12 @@ def judge(key, run, report):
     else:
         out["probability"] = out["right"] = None
     return out
+
+
+def sizes_of_p(nulls, levels=(0.01, 0.05, 0.1, 0.2, 0.5)):
+    """Share of nulls with a p-value up to a level: (level, how many, of). At most the level where the p-value is one; less where it is conservative."""
+    known = [r["p_value"] for r in nulls if r.get("p_value") is not None]
+    return [(level, sum(p <= level for p in known), len(known)) for level in levels]
 
 
 def calibration(rows, bins=10):

@@ -41,17 +41,17 @@ def acting(track, i, effects):
     return out
 
 
-def accelerations(ship, level, track, i, factors, effects, wind="recorded"):
+def accelerations(ship, level, track, i, factors, effects, wind="recorded", forms=None):
     """(3, samples) along recording i; effects and factors are plain numbers."""
-    truth = m.Model(ship, level, factors, effects)
+    truth = m.Model(ship, level, factors, effects, forms)
     w = None if wind is None else (track["wx"][i][None, :], track["wy"][i][None, :]) if isinstance(wind, str) else (wind[0][None, :], wind[1][None, :])
     a = truth.accelerations(states(track, i), acting(track, i, effects), w)
     return np.array([np.broadcast_to(x, (1, len(track["t"])))[0] for x in a])
 
 
-def factor_gradients(ship, level, track, i, factors):
-    base = accelerations(ship, level, track, i, factors, {})
-    return base, np.array([(accelerations(ship, level, track, i, {**factors, k: factors.get(k, 1.0) * math.exp(STEP)}, {}) - base) / STEP for k in m.FACTORS])
+def factor_gradients(ship, level, track, i, factors, forms=None):
+    base = accelerations(ship, level, track, i, factors, {}, forms=forms)
+    return base, np.array([(accelerations(ship, level, track, i, {**factors, k: factors.get(k, 1.0) * math.exp(STEP)}, {}, forms=forms) - base) / STEP for k in m.FACTORS])
 
 
 def whitened(a, omega, spectrum):
@@ -90,13 +90,17 @@ def separability(change, gradients, track, kind, scale, error_sd, tau, L):
     return math.sqrt(max(float(y @ y - b @ np.linalg.solve(A, b)), 0.0))
 
 
-def structural_error(ship, level, track, rows, factors, gradients, wind="recorded"):
+def structural_error(ship, level, track, rows, factors, gradients, wind="recorded", forms=None):
     """Root mean square of what the tool's equations lack at the true coefficients, after coefficients took their share.
     A wind that is itself what is missing is left out (wind=None)."""
     if level == 1:
         return np.zeros(3)
-    lack = np.concatenate([(accelerations(ship, level, track, i, factors, {}, wind) - accelerations(ship, 1, track, i, factors, {}, wind)) for i in rows], -1)
-    G = np.concatenate(gradients, -1)
+    lack = np.concatenate([(accelerations(ship, level, track, i, factors, {}, wind, forms) - accelerations(ship, 1, track, i, factors, {}, wind)) for i in rows], -1)
+    return left_after_refit(lack, np.concatenate(gradients, -1))
+
+
+def left_after_refit(lack, G):
+    """Root mean square by axis of (3, samples), after coefficients with gradients G took their share."""
     size = np.sqrt(np.mean(lack**2, -1)) + 1e-12
     X = np.concatenate([G[:, a] / size[a] for a in range(3)], -1)
     y = np.concatenate([lack[a] / size[a] for a in range(3)])
@@ -106,25 +110,27 @@ def structural_error(ship, level, track, rows, factors, gradients, wind="recorde
     return np.sqrt(np.mean(left**2, -1))
 
 
+def kinematic_residuals(c):
+    """x' - R(psi) nu and psi' - r of the columns of a recording, (3, samples)."""
+    psi, dt = np.radians(c["psi_deg"]), c["t_s"][1] - c["t_s"][0]
+    rate = lambda a: np.gradient(a, dt)
+    return np.array([rate(c["x0_m"]) - c["u_mps"] * np.cos(psi) + c["vm_mps"] * np.sin(psi),
+                     rate(c["y0_m"]) - c["u_mps"] * np.sin(psi) - c["vm_mps"] * np.cos(psi), rate(psi) - np.radians(c["r_degps"])])
+
+
+def kinematic_spectra(t, kind, scale):
+    """Spectral density (per sampling) of the noise of kinematic residuals."""
+    sd, to = recording.noise_sd(kind, scale), math.pi / 180.0
+    omega = np.maximum(2.0 * math.pi * np.fft.rfftfreq(len(t), t[1] - t[0]), 1.7 / (t[-1] - t[0]))
+    track = (omega * sd["x0_m"]) ** 2 + sd["u_mps"] ** 2
+    return omega, [track, track, (omega * sd["psi_deg"] * to) ** 2 + (sd["r_degps"] * to) ** 2]
+
+
 def sensor_separability(columns, faults, kind, scale):
     """d' of sensor faults from kinematic residuals of noise-free columns, one dict per recording."""
     total = 0.0
-    sd = recording.noise_sd(kind, scale)
     for clean in columns:
-        faulty = recording.with_faults(clean, faults)
-        t = clean["t_s"]
-        dt, n = t[1] - t[0], len(t)
-
-        def residual(c):
-            psi = np.radians(c["psi_deg"])
-            gradient = lambda a: np.gradient(a, dt)
-            return (gradient(c["x0_m"]) - c["u_mps"] * np.cos(psi) + c["vm_mps"] * np.sin(psi),
-                    gradient(c["y0_m"]) - c["u_mps"] * np.sin(psi) - c["vm_mps"] * np.cos(psi), gradient(psi) - np.radians(c["r_degps"]))
-
-        omega = np.maximum(2.0 * math.pi * np.fft.rfftfreq(n, dt), 1.7 / (t[-1] - t[0]))
-        for axis, (a, b) in enumerate(zip(residual(faulty), residual(clean))):
-            to = math.pi / 180.0 if axis == 2 else 1.0
-            position, velocity = (sd["psi_deg"], sd["r_degps"]) if axis == 2 else (sd["x0_m"], sd["u_mps"])
-            S = (omega * position * to) ** 2 + (velocity * to) ** 2
-            total += float(np.sum(whitened(a - b, omega, S) ** 2))
+        omega, S = kinematic_spectra(clean["t_s"], kind, scale)
+        change = kinematic_residuals(recording.with_faults(clean, faults)) - kinematic_residuals(clean)
+        total += float(sum(np.sum(whitened(change[axis], omega, S[axis]) ** 2) for axis in range(3)))
     return math.sqrt(total)

@@ -21,7 +21,6 @@ import baselines  # noqa: E402
 import campaign  # noqa: E402
 import excitation  # noqa: E402
 import model  # noqa: E402
-import oracle  # noqa: E402
 import physics  # noqa: E402
 import recording  # noqa: E402
 import scores  # noqa: E402
@@ -255,28 +254,6 @@ class Scores(unittest.TestCase):
         self.assertAlmostEqual(scores.calibration_by_chance([{"probability": 0.5, "right": False}] * 100), math.sqrt(1.0 / (200.0 * math.pi)), 2)
         self.assertAlmostEqual(scores.gap_closed(2.0, 1.0, 0.0), 0.5)
         self.assertIsNone(scores.gap_closed(2.0, 1.0, 1.95))
-
-
-class Oracle(unittest.TestCase):
-    def test_distance_follows_from_the_likelihoods(self):
-        self.assertAlmostEqual(oracle.d_prime(18.0), 6.0)
-        self.assertEqual(oracle.d_prime(-3.0), 0.0)
-        self.assertIsNone(oracle.d_prime(None))
-
-    def test_what_no_ship_file_can_say_has_none_and_is_asked_once(self):
-        with tempfile.TemporaryDirectory() as folder:
-            case, binaries = pathlib.Path(folder) / "case", pathlib.Path(folder) / "bin"
-            case.mkdir()
-            binaries.mkdir()
-            (binaries / "gap-locate").write_text("no program", encoding="utf-8")
-            (case / "ship.json").write_text("{}", encoding="utf-8")
-            sensor = {"truth": {"rate-bias": {"parameters": {"rate_bias_degps": 0.1}}}}
-            self.assertIsNone(oracle.gain(binaries, case, sensor, case))
-            (case / "ship.json").unlink()
-            self.assertIsNone(oracle.gain(binaries, case, sensor, case))  # kept
-            (binaries / "gap-locate").write_text("another one", encoding="utf-8")
-            with self.assertRaises(FileNotFoundError):
-                oracle.gain(binaries, case, sensor, case)
 
 
 class Baselines(unittest.TestCase):

@@ -1,0 +1,229 @@
+#!/usr/bin/python3
+"""Tests how scripts/proof scores: what counts as detected and accepted, times and places, sealed recordings, shards, looks, the advised maneuver."""
+
+import argparse
+import hashlib
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROOF = ROOT / "scripts" / "proof"
+sys.path.insert(0, str(PROOF))
+
+import advised  # noqa: E402
+import campaign  # noqa: E402
+import looks  # noqa: E402
+import model  # noqa: E402
+import recording  # noqa: E402
+import scores  # noqa: E402
+import shards  # noqa: E402
+import tables  # noqa: E402
+
+RUN = {"exit_code": 0, "wall_s": 1.0, "peak_kB": 1000}
+
+
+def report(verdict="mismatch", chosen=(), hypotheses=(), **more):
+    return {"verdict": verdict, "p_value": 0.001, "chosen": list(chosen),
+            "hypotheses": [{"name": " + ".join(e) or "none", "effects": list(e), "probability": p, "confusable_with": c} for e, p, c in hypotheses], **more}
+
+
+def key(names=(), family="single", **truth):
+    return {"id": "x", "family": family, "names": list(names), "level": 2, "ship": "esso-osaka-3m", "campaign": "mixed",
+            "truth": {n: {"parameters": {}, "d_prime": 12.0, **truth} for n in names}}
+
+
+def judged(names, **given):
+    return scores.judge(key(names), RUN, report(**given))
+
+
+class Rules(unittest.TestCase):
+    def test_each_case_in_which_something_acts_has_one_outcome(self):
+        for chosen, verdict, truth, outcome, detected in (
+                (["a"], "mismatch", ["a"], "right", True), (["a"], "mismatch", ["a", "b"], "some of it", True), (["b", "a"], "mismatch", ["a", "b"], "right", True),
+                (["a", "c"], "mismatch", ["a"], "right and wrong", False), (["c"], "mismatch", ["a"], "wrong", False), (["c", "unknown"], "mismatch", ["a"], "wrong", False),
+                (["unknown"], "mismatch", ["a"], "unknown", True), (["a", "unknown"], "mismatch", ["a"], "right", True), ([], "mismatch", ["a"], "mismatch, unnamed", False),
+                ([], "undecided", ["a"], "undecided", False), ([], "no-mismatch", ["a"], "missed", False)):
+            with self.subTest(chosen=chosen, verdict=verdict):
+                got = judged(truth, chosen=chosen, verdict=verdict)
+                self.assertEqual((got["outcome"], got["detected"]), (outcome, detected))
+                self.assertIn(got["outcome"], scores.OUTCOMES)
+        self.assertEqual(scores.judge(key(["a"]), {"exit_code": 1}, None)["outcome"], "failed")
+        self.assertIsNone(judged([], chosen=[], verdict="no-mismatch")["outcome"])
+
+    def test_a_superset_is_not_accepted(self):
+        wider = [(["a", "b"], 0.6, ["a + c"]), (["a", "c"], 0.4, [])]
+        self.assertFalse(judged(["a"], chosen=["a", "b"], hypotheses=wider)["set_ok"])
+        self.assertTrue(judged(["a", "c"], chosen=["a", "b"], hypotheses=wider)["set_ok"])
+        self.assertFalse(judged(["a", "b"], chosen=["a", "b", "c"], hypotheses=[(["a", "b", "c"], 1.0, [])])["both"])
+        self.assertTrue(judged(["a", "b"], chosen=["b", "a"], hypotheses=[(["a", "b"], 1.0, [])])["both"])
+
+    def test_overlap_is_intersection_over_union(self):
+        self.assertAlmostEqual(scores.overlap([(10.0, 30.0)], (20.0, 40.0)), 10.0 / 30.0)
+        self.assertAlmostEqual(scores.overlap([(0.0, 10.0), (5.0, 20.0), (90.0, 100.0)], (0.0, 20.0)), 20.0 / 30.0)
+        self.assertEqual(scores.overlap([], (20.0, 40.0)), 0.0)
+        self.assertEqual(scores.overlap([(20.0, 40.0)], (20.0, 40.0)), 1.0)
+
+    def test_time_axis_and_place_against_the_truth(self):
+        truth = {"interval_s": [20.0, 40.0], "file": "train-1.csv", "dof": {"surge": 0.1, "sway": 0.6, "yaw": 0.3}, "x_F_over_L_pp": 0.4}
+        where = {"dof": {"surge": 0.3, "sway": 0.5, "yaw": 0.2}, "line_of_action": {"x_F_over_L_pp": 0.3},
+                 "intervals": [{"file": "in/train-1.csv", "t_start_s": 10.0, "t_end_s": 30.0}, {"file": "train-2.csv", "t_start_s": 20.0, "t_end_s": 40.0}]}
+        got = scores.judge(key(["tug"], **truth), RUN, report(chosen=["tug"], located=where))["located"]
+        self.assertAlmostEqual(got["overlap"], 1.0 / 3.0)
+        self.assertTrue(got["axis"])
+        self.assertAlmostEqual(got["shares_off"], 0.2)
+        self.assertAlmostEqual(got["x_F_off"], 0.1)
+        self.assertIsNone(got["overlap_named"])
+        self.assertFalse(scores.judge(key(["tug"], **truth), RUN, report(located={"dof": {"surge": 0.9, "sway": 0.1, "yaw": 0.0}}))["located"]["axis"])
+
+    def test_p_values_inclusion_and_ship_files(self):
+        nulls = [{**judged([], chosen=[], verdict="no-mismatch"), "family": "null-noise", "p_value": p} for p in (0.004, 0.03, 0.6, 1.0)]
+        self.assertEqual(scores.sizes_of_p(nulls, (0.01, 0.05, 0.5)), [(0.01, 1, 4), (0.05, 2, 4), (0.5, 2, 4)])
+        got = judged(["a"], chosen=["a"], inclusion={"a": 0.9, "b": 0.1, "coefficient:hull.N_r": 0.4})
+        self.assertEqual(got["inclusion"], [(0.9, True), (0.1, False)])
+        bad = {**judged([], chosen=["a"]), "family": "misstated", "ship_file": "off"}
+        self.assertEqual(tables.nulls_of([*nulls, bad]), nulls)
+        self.assertIn("| that misstate it, nothing missing | 1 | 1/1", "\n".join(tables.file_table([*nulls, bad])))
+
+    def test_tables_of_nothing_are_told_as_such(self):
+        self.assertEqual(tables.next_table([]), tables.NOT_YET)
+        self.assertEqual(tables.p_table([]), tables.NOT_YET)
+        self.assertIn("No report", tables.inclusion_table([judged(["a"], chosen=["a"])])[0])
+
+
+class Axes(unittest.TestCase):
+    def test_a_force_at_a_place_is_found_again(self):
+        ship = model.read_ship("esso-osaka-3m")
+        i, L, x_F = ship["inertia"], 3.0, 0.37
+        # Accelerations of a side force of 1 at x_F L, in the units of the file.
+        M = np.array([[i["m"] + i["m_y"], i["m"] * i["x_G"] * L], [i["m"] * i["x_G"] * L, (i["I_zG_plus_J_z"] + i["m"] * i["x_G"] ** 2) * L * L]])
+        a = np.linalg.solve(M, np.array([1.0, x_F * L]))
+        history = np.sin(np.arange(50.0))
+        got = campaign.split_of([np.stack([0.0 * history, a[0] * history, a[1] * history])], ship)
+        self.assertAlmostEqual(got["x_F_over_L_pp"], x_F)
+        self.assertAlmostEqual(sum(got["dof"].values()), 1.0)
+        self.assertEqual(got["dof"]["surge"], 0.0)
+
+
+class Shards(unittest.TestCase):
+    def test_shards_part_the_cases_and_each_has_some_of_all(self):
+        cases = campaign.design("full", "s")
+        parts = [shards.part(cases, (k, 8)) for k in range(1, 9)]
+        self.assertEqual(sorted(c["id"] for p in parts for c in p), sorted(c["id"] for c in cases))
+        self.assertLessEqual(max(map(len, parts)) - min(map(len, parts)), 1)
+        for p in parts:
+            self.assertLessEqual({"single", "pair", "outside", "null-noise"}, {c["family"] for c in p})
+        self.assertEqual(shards.part(cases, None), cases)
+
+    def test_what_is_no_shard_is_refused(self):
+        self.assertEqual(shards.parsed("3/8"), (3, 8))
+        for text in ("0/8", "9/8", "3", "a/b", ""):
+            with self.assertRaises(argparse.ArgumentTypeError):
+                shards.parsed(text)
+
+    def test_sizes_are_those_of_the_closing_table(self):
+        count = lambda begin: sum(c["family"].startswith(begin) for c in campaign.design("full", "s"))
+        self.assertEqual([count(f) for f in ("null", "single", "pair", "outside")], [500, 600, 200, 200])
+
+    def test_the_array_has_a_task_for_each_shard_and_scores_after_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            (folder / "sbatch").write_text('#!/bin/bash\necho "$@" >>"$LOG"\necho 77\n', encoding="utf-8")
+            (folder / "sbatch").chmod(0o755)
+            environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}", "LOG": str(folder / "log")}
+            done = subprocess.run([ROOT / "scripts/slurm/proof", "nightly", "4", folder / "out", "--time=1:00:00"], env=environment, capture_output=True, text=True, check=True)
+            first, second = (folder / "log").read_text(encoding="utf-8").splitlines()
+            self.assertEqual(done.stdout.strip(), "77")
+            self.assertIn("--time=1:00:00 --array=1-4", first)
+            self.assertTrue(first.endswith(f"proof nightly {folder.resolve()}/out 4"), first)
+            self.assertIn("--dependency=afterany:77", second)
+            refused = subprocess.run([ROOT / "scripts/slurm/proof", "weekly", "4", folder], env=environment, capture_output=True, text=True, check=False)
+            self.assertEqual((refused.returncode, "unknown set 'weekly'" in refused.stderr), (2, True))
+
+
+class Looks(unittest.TestCase):
+    def test_a_family_is_spent_once_it_is_seen(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "looks.json"
+            self.assertEqual(looks.next_family(file), 1)
+            looks.spend(1, "abc", 30, 100, file)
+            looks.spend(1, "abc", 100, 100, file)
+            self.assertEqual(looks.next_family(file), 2)
+            self.assertEqual([look["cases"] for look in looks.spent(file)], [100])
+
+
+class Sealed(unittest.TestCase):
+    """One short case, made and run with a program that writes down what it was called with."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.out = pathlib.Path(cls.folder.name)
+        case = next(c for c in campaign.design("smoke", "s", 12, 40.0) if c["names"] == ["rudder-offset"] or c["family"] == "single")
+        cls.case = {**case, "names": ["rudder-offset"], "wind": "calm"}
+        group = campaign.Group([cls.case])
+        track, found = group.make(0.2)
+        (cls.out / "keys").mkdir()
+        group.write(cls.out / "cases", cls.out / "keys", track, found)
+        campaign.seal(cls.out / "keys")
+        cls.key = json.loads(next((cls.out / "keys").glob("*.json")).read_text(encoding="utf-8"))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_test_recordings_are_sealed_and_never_given(self):
+        tool = self.out / "bin" / "gap-explain"
+        tool.parent.mkdir()
+        tool.write_text('#!/bin/bash\nprintf "%s\\n" "$@" >>"$LOG"\nwhile [[ $1 != -o ]]; do shift; done\necho "{}" >"$2/report.json"\n', encoding="utf-8")
+        tool.chmod(0o755)
+        log = self.out / "log"
+        subprocess.run([PROOF / "run", "--bin", tool.parent, "--jobs", "1", self.out], env={**os.environ, "LOG": str(log)}, capture_output=True, check=True)
+        given = log.read_text(encoding="utf-8").splitlines()
+        self.assertEqual(sum(f.endswith(".csv") for f in given), self.case["trains"] + 1)
+        self.assertFalse([f for f in given if "test-" in f or "/keys" in f])
+        self.assertEqual(list((self.out / "cases").glob("*/test-*")), [])
+        sealed = sorted((self.out / "keys" / self.key["id"]).glob("test-*.csv"))
+        self.assertEqual(len(sealed), campaign.TESTS)
+        for file in sealed:  # the key, which is sealed, has their hash
+            self.assertEqual(self.key["noise_free"][file.name], hashlib.sha256(file.read_bytes()).hexdigest())
+
+    def test_the_key_says_where_the_effect_acts(self):
+        truth = self.key["truth"]["rudder-offset"]
+        self.assertAlmostEqual(sum(truth["dof"].values()), 1.0)
+        self.assertLess(truth["x_F_over_L_pp"], -0.3)  # at the stern
+
+    def test_the_advised_maneuver_is_sailed_with_the_same_hidden_effect(self):
+        ship = model.read_ship(self.case["ship"])
+        chosen = {n: m for n, m in advised.menu(ship).items() if n in ("a coast-down with stopped propeller", "a zigzag 10/10")}
+        voyage = advised.Voyage(self.key, chosen)
+        self.assertEqual(voyage.effects_of(0)["rudder_offset"], np.radians(self.key["truth"]["rudder-offset"]["parameters"]["rudder_offset_deg"]))
+        self.assertEqual(voyage.factors[0], campaign.Group([self.case]).factors[0])
+        files = voyage.record(self.out / "next", 0.2)
+        down, zigzag = (recording.read_csv(files[n][0]) for n in ("a coast-down with stopped propeller", "a zigzag 10/10"))
+        self.assertEqual((len(down["t_s"]), len(zigzag["t_s"])), (121, 151))
+        self.assertAlmostEqual(down["n_p_rps"][-1], 0.0)
+        self.assertGreater(np.max(zigzag["psi_deg"]), 8.0)
+
+    def test_what_is_advised_and_what_is_right(self):
+        menu = lambda *p: {"next": {"p_right_now": 0.4, "maneuvers": [{"maneuver": n, "p_right": q, "duration_s": d} for n, q, d in p]}}
+        self.assertEqual(advised.advice(menu(("a", 0.99, 200.0), ("b", 0.96, 120.0), ("c", 0.9, 50.0)))[0], "b")  # the shortest that decides
+        self.assertEqual(advised.advice(menu(("a", 0.9, 200.0), ("c", 0.8, 50.0)))[0], "a")
+        self.assertEqual(advised.advice({"next": {"maneuvers": []}}), (None, {}))
+        self.assertTrue(advised.is_right(report(hypotheses=[(["a"], 0.3, []), (["b"], 0.6, [])]), ["b"]))
+        self.assertFalse(advised.is_right(report(hypotheses=[(["a", "b"], 0.6, [])]), ["b"]))
+        trial = {"menu": ["a", "b"], "promised": {"a": 0.9, "b": 0.5}, "advised": "a", "random": "b", "right_before": False, "right_after": {"a": False, "b": True}}
+        text = "\n".join(tables.next_table([trial]))
+        self.assertIn("| the maneuver that is advised | 1 | 0/1", text)
+        self.assertIn("| 0.90 | 0/1", text)
+        self.assertIn("| the best of all | 1 | 0/1 = 0 % (0 to 79) | – | 1/1", text)
+
+
+if __name__ == "__main__":
+    unittest.main()
