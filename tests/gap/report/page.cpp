@@ -53,10 +53,11 @@ std::set<std::string> texts_of(const io::Json& values) {
   return texts;
 }
 
-// Where the line of this name ends in the map of a choice, its last chart.
+// Where the line of this name ends in the map of a choice, its last chart: the planted tracks are longer to the north
+// than to the east, so that the map has north to the right.
 Vec2<double> end_of(const io::Json& choice, const std::string& line) {
   for (const io::Json& drawn : choice["charts"].back())
-    if (drawn["label"] == line) return {drawn["last"][1].get<double>(), drawn["last"][0].get<double>()};
+    if (drawn["label"] == line) return {drawn["last"][0].get<double>(), drawn["last"][1].get<double>()};
   FAIL("no line " << line);
   return {};
 }
@@ -159,7 +160,7 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   CHECK(verdict["heading"] == "mismatchA current of 0.0999 m/s towards -89.8 deg explains the difference.");
   CHECK_THAT(verdict["text"], Contains("What esso-osaka-3m lacks") && Contains("< 0.0001"));
   CHECK_THAT(verdict["text"], Contains("unseen data predicted better by 480 ± 83 (log-likelihood)"));
-  CHECK_THAT(verdict["text"], Contains("What to do: the ship file can stay: what acted came from outside"));
+  CHECK_THAT(verdict["text"], Contains("What to do: repair the sensor, or correct its recordings as said above, and run again"));
 
   const io::Json& missing = section_of(page, "What is missing");
   const io::Json& probabilities = missing["charts"][0];

@@ -26,7 +26,8 @@ const shipFileSection = ({explanation: {ship_file: file, modules, beyond_recorde
                     .node);
   if (beyond)
     part.append(paragraph(
-        `Fitted to rudder angles up to ${short(beyond.recorded_rudder_deg)} deg. At ${short(beyond.rudder_deg)} deg ` +
-            `ship.json turns with a tactical diameter of ${between(beyond.ci95)} ship lengths (95 %).`,
+        `Fitted to rudder angles up to ${short(beyond.recorded_rudder_deg)} deg. At ${short(beyond.rudder_deg)} deg in still water ` +
+            `ship.json turns with a tactical diameter of ${between(beyond.ci95)} ship lengths (95 %, ` +
+            'if the forms of its forces hold there).',
         'warning'));
 };
