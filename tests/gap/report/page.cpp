@@ -160,7 +160,8 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   CHECK(verdict["heading"] == "mismatchA current of 0.0999 m/s towards -89.8 deg explains the difference.");
   CHECK_THAT(verdict["text"], Contains("What esso-osaka-3m lacks") && Contains("< 0.0001"));
   CHECK_THAT(verdict["text"], Contains("unseen data predicted better by 480 ± 83 (log-likelihood)"));
-  CHECK_THAT(verdict["text"], Contains("What to do: repair the sensor, or correct its recordings as said above, and run again"));
+  CHECK_THAT(verdict["text"],
+             Contains("What to do: repair the sensor, or correct its recordings as said above, and run again"));
 
   const io::Json& missing = section_of(page, "What is missing");
   const io::Json& probabilities = missing["charts"][0];
