@@ -190,6 +190,7 @@ void bench_train(const std::string& kernel, std::size_t jobs, int repeats) {
 // An untrained ensemble of the paper's size: the time of an evaluation does not depend on the weights.
 ensemble::Ensemble random_ensemble(const ensemble::TrainingData& data, const nn::Kernels<float>& kernels, int members) {
   std::vector<ensemble::Member> drawn;
+  drawn.reserve(static_cast<std::size_t>(members));
   for (int m = 0; m < members; ++m) drawn.push_back(ensemble::initial_training_state(data, 1, m, kernels).member);
   return {ensemble::make_header(data, 1, {}), std::move(drawn), kernels};
 }

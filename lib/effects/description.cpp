@@ -15,6 +15,7 @@ namespace {
 template <typename Range, typename Name>
 std::vector<std::string> names(const Range& range, const Name& name) {
   std::vector<std::string> result;
+  result.reserve(std::size(range));
   for (const auto& item : range) result.emplace_back(name(item));
   return result;
 }

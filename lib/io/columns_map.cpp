@@ -99,6 +99,7 @@ void read_file(const JsonObject& map_json, ColumnsMap& map) {
 
 std::vector<std::string> own_names() {
   std::vector<std::string> names;
+  names.reserve(kChannelCount);
   for (std::size_t c = 0; c < kChannelCount; ++c) names.push_back(column_name(static_cast<Channel>(c)));
   return names;
 }

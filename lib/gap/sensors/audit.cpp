@@ -208,6 +208,7 @@ Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   note_missing_channels(given, result);
   note_derived_channels(given, result);
   std::vector<Trajectory> recordings;
+  recordings.reserve(given.size());
   for (const Trajectory& recording : given)
     recordings.push_back(at_3m(without_frozen(recording, options.scale), options.scale));
 

@@ -108,8 +108,7 @@ Vec2<double> mean_wind(const Campaign& campaign) {
 }
 
 // -2 ln of how likely the best parameters of `other` make the recordings, but for what all hypotheses share.
-double misfit(const Campaign& recorded, const Survivor& other) {
-  Campaign campaign = recorded;
+double misfit(const Campaign& campaign, const Survivor& other) {
   const FittedNull there = follow(campaign, other.fit, other.hypothesis, 1);
   const Evidence& e = there.total;
   if (!std::isfinite(e.log_likelihood)) return kPolicy.show.apart_squared;
@@ -187,6 +186,7 @@ std::vector<NextManeuver> next_maneuvers(const Campaign& campaign, const std::ve
   const double all = std::accumulate(probability.begin(), probability.end(), 0.0);
   for (double& p : probability) p /= all;
   std::vector<Survivor> survivors;
+  survivors.reserve(hypotheses.size());
   for (const Fitted* fitted : hypotheses) survivors.push_back(survivor(*fitted, campaign));
   for (Survivor& other : survivors) other.fit.noise = survivors.front().fit.noise;  // of one world
   const Vec2<double> wind = mean_wind(campaign);
