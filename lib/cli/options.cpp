@@ -24,6 +24,7 @@
 #include "core/parallel.hpp"
 #include "io/csv.hpp"
 #include "io/files.hpp"
+#include "io/trajectory_csv.hpp"
 #include "ship/plausibility.hpp"
 
 namespace leeway::cli {
@@ -204,13 +205,7 @@ std::vector<Trajectory> read_recordings(const std::vector<std::string>& paths, c
     if (!recording.ignored_columns.empty())
       absent.insert(recording.absent_columns.begin(), recording.absent_columns.end());
   }
-  const auto listed = [](const std::set<std::string>& names) {
-    return io::listed(std::vector<std::string>(names.begin(), names.end()));
-  };
-  if (!ignored.empty())
-    spdlog::warn(
-        "columns that no tool knows are ignored: {}{}", listed(ignored),
-        absent.empty() ? "" : fmt::format("; the columns map names columns that are not there: {}", listed(absent)));
+  if (const auto notice = io::unread_columns(ignored, absent)) spdlog::warn("{}", *notice);
   for (const DerivableChannel& derivable : kDerivableChannels) {
     const auto count = std::count_if(recordings.begin(), recordings.end(),
                                      [&](const Trajectory& r) { return r.is_derived(derivable.channel); });

@@ -112,6 +112,9 @@ constexpr bool is_screened(SearchStart start) {
 /// What an effect is to a simulator that has no forces to change (an ensemble), only its motion.
 enum class EnsembleForm { none, body_acceleration, earth_acceleration, water_velocity, wind_velocity };
 
+/// A force of the standard model that an effect does nothing but multiply.
+enum class MultipliedForce { none, resistance, thrust, rudder };
+
 /// What an effect says of itself: texts for people, then traits, by which alone the gap tools treat it.
 struct EffectInfo {
   std::string_view name, number;  ///< as in the ship JSON; in the catalogue of missing physics
@@ -124,6 +127,7 @@ struct EffectInfo {
   /// may have happened to the ship, if there is less (or more) of it than the file states, and which coefficient may be
   /// wrong.
   std::string_view cause_of_less = {}, cause_of_more = {}, or_coefficient = {};
+  MultipliedForce multiplies = MultipliedForce::none;
   std::string_view formula, source;
   std::string_view look_alikes;  ///< to a person, with conditions, sensor faults and other things
   /// Effects that recordings distinguish badly from this one. The relation is symmetric: that one of two names the

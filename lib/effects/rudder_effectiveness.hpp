@@ -16,6 +16,7 @@ struct RudderEffectiveness {
       .cause_of_less = "a damaged or fouled rudder",
       .or_coefficient =
           "a wrong coefficient of the normal force; recordings with the rudder known to be sound would tell",
+      .multiplies = MultipliedForce::rudder,
       .formula = "F_N k_R; of two rudders F_N,P k_R k_P and F_N,S k_R k_S",
       .source = "factor on the rudder's normal force",
       .look_alikes = "shallow-water, wake",

@@ -418,6 +418,16 @@ void derive_channels(const ColumnsMap& map, Trajectory& trajectory) {
 
 }  // namespace
 
+std::optional<std::string> unread_columns(const std::set<std::string>& ignored, const std::set<std::string>& absent) {
+  const auto names = [](const std::set<std::string>& of) {
+    return listed(std::vector<std::string>(of.begin(), of.end()));
+  };
+  if (ignored.empty()) return std::nullopt;
+  return fmt::format(
+      "columns that no tool knows are ignored: {}{}", names(ignored),
+      absent.empty() ? "" : fmt::format("; the columns map names columns that are not there: {}", names(absent)));
+}
+
 Trajectory read_trajectory(const std::string& path, const ColumnsMap* map, bool keep_unknown) {
   Trajectory trajectory = RecordingReader(path, map, keep_unknown).read();
   unwrap(trajectory[Channel::psi]);

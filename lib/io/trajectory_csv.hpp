@@ -1,11 +1,17 @@
 #pragma once
 
+#include <optional>
+#include <set>
 #include <string>
 
 #include "io/columns_map.hpp"
 #include "recording/trajectory.hpp"
 
 namespace leeway::io {
+
+/// What is said of columns that no tool knows and, beside them, of those that a columns map names and the files lack;
+/// nothing where all are known.
+std::optional<std::string> unread_columns(const std::set<std::string>& ignored, const std::set<std::string>& absent);
 
 /// Reads a recording ("-": standard input); units become SI and radians here and nowhere else.
 ///

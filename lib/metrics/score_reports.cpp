@@ -8,6 +8,7 @@
 
 #include "core/units.hpp"
 #include "io/csv.hpp"
+#include "io/trajectory_csv.hpp"
 #include "metrics/scores.hpp"
 
 /// What is said of an evaluation: JSON, CSV, a line per data set.
@@ -78,12 +79,13 @@ io::Json to_json(const Scores& s) {
 
 std::vector<std::string> notices(const Evaluation& evaluation) {
   std::vector<std::string> result;
-  std::set<std::string> names;
-  for (const RecordingScores& recording : evaluation.recordings)
-    names.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
-  const std::vector<std::string> ignored(names.begin(), names.end());
-  if (!ignored.empty())
-    result.push_back(fmt::format("columns that no tool knows are ignored: {}", io::listed(ignored)));
+  std::set<std::string> ignored, absent;
+  for (const RecordingScores& recording : evaluation.recordings) {
+    ignored.insert(recording.ignored_columns.begin(), recording.ignored_columns.end());
+    if (!recording.ignored_columns.empty())
+      absent.insert(recording.absent_columns.begin(), recording.absent_columns.end());
+  }
+  if (const auto notice = io::unread_columns(ignored, absent)) result.push_back(*notice);
   if (!evaluation.empty_files.empty())
     result.push_back(fmt::format("{} of the files of predictions have no row and are skipped: {}",
                                  evaluation.empty_files.size(), io::listed(evaluation.empty_files)));

@@ -72,6 +72,7 @@ struct RecordingScores {
   io::States against = io::States::unstated;  ///< what it was laid beside
   std::string initial_state;                  ///< words as Scores has them
   std::vector<std::string> ignored_columns;   ///< of the truth file
+  std::vector<std::string> absent_columns;    ///< likewise
   std::vector<PointScore> points;             ///< by sequence and step
 };
 

@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "effects/description.hpp"
-#include "gap/decide/found.hpp"
+#include "gap/compare/terms.hpp"
 #include "gap/report/words.hpp"
 #include "gap/show/next_maneuver.hpp"
 
@@ -17,11 +17,6 @@ namespace leeway::gap {
 bool changes_ship(const Explanation& explanation) {
   return !explanation.effects.empty() || !explanation.coefficient_factors.empty() ||
          explanation.residual_network != nullptr;
-}
-
-bool names_unknown(const Explanation& explanation) {
-  return std::any_of(explanation.chosen.begin(), explanation.chosen.end(),
-                     [](const std::string& name) { return search_start(name) == SearchStart::terms; });
 }
 
 namespace {
@@ -115,8 +110,8 @@ std::string advice(const Explanation& explanation) {
                                 "file was compared with them corrected"
                               : "repair or correct the sensors, then run again";
   std::vector<std::string> named = explanation.chosen;
-  std::erase_if(named, [](const std::string& name) { return search_start(name) == SearchStart::terms; });
-  const bool is_unknown = names_unknown(explanation);
+  std::erase(named, name_of_terms());
+  const bool is_unknown = has_terms(explanation.chosen);
   if (!named.empty() && !is_unknown) return advice_on(named, explanation);
   const bool is_off = explanation.ship_file.state == ShipFileState::off;
   const bool is_better = !fall_of_errors(explanation.heldout).empty();
@@ -161,7 +156,7 @@ std::string next_step(const Explanation& explanation, const Explained* what) {
 std::string use_of_ship(const Explanation& explanation) {
   const Called& called = explanation.findings.called;
   if (called.ship.empty() || !changes_ship(explanation)) return "";
-  if (names_unknown(explanation) && fall_of_errors(explanation.heldout).empty()) return "";
+  if (has_terms(explanation.chosen) && fall_of_errors(explanation.heldout).empty()) return "";
   return fmt::format("mmg-sim zigzag --ship {} --rudder-deg 10 --heading-deg 10{} -o zigzag.csv",
                      shell_word(without_slash(called.output) + "/ship.json"),
                      explanation.n_rps ? fmt::format(" --n-p-rps {:.4g}", *explanation.n_rps) : "");

@@ -17,7 +17,4 @@ std::vector<Step> steps(const Explanation& explanation);
 /// Whether ship.json differs from the ship as it was.
 bool changes_ship(const Explanation& explanation);
 
-/// Whether something is claimed that the catalogue does not hold.
-bool names_unknown(const Explanation& explanation);
-
 }  // namespace leeway::gap

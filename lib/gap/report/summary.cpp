@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "core/units.hpp"
-#include "effects/description.hpp"
+#include "gap/compare/terms.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/report/steps.hpp"
 #include "gap/report/words.hpp"
@@ -354,7 +354,7 @@ std::string summary(const Explanation& explanation) {
       8);
   add_sensors(screen, findings);
   if (explanation.verdict == Verdict::mismatch)
-    add_where(screen, findings, explanation.is_complete && !names_unknown(explanation));
+    add_where(screen, findings, explanation.is_complete && !has_terms(explanation.chosen));
   const Explained* what = chosen_of(explanation);
   add_answer(screen, explanation, what);
   add_learned(screen, explanation);

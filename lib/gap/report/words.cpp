@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "effects/description.hpp"
+#include "gap/compare/terms.hpp"
 #include "gap/decide/found.hpp"
 #include "gap/result/phrases.hpp"
 
@@ -59,7 +60,7 @@ namespace {
 std::vector<std::string> clauses_of(const Explanation& explanation) {
   std::vector<std::string> clauses;
   for (const Reading& reading : explanation.findings.conventions.contradicted)
-    clauses.push_back(fmt::format("a wrong reading ({})", reading.premise.substr(reading.premise.find(' ') + 1)));
+    clauses.push_back(fmt::format("a wrong reading ({})", reading.claim()));
   const Explained* what = chosen_of(explanation);
   const auto fault_of = [&](const std::string& name) -> const Fault* {
     for (const Fault& fault : explanation.findings.audit.faults)
@@ -67,7 +68,7 @@ std::vector<std::string> clauses_of(const Explanation& explanation) {
     return nullptr;
   };
   for (const std::string& name : explanation.chosen) {
-    if (name == "convention" || search_start(name) == SearchStart::terms) continue;
+    if (name == "convention" || name == name_of_terms()) continue;
     const Fault* fault = fault_of(name);
     clauses.push_back(fault != nullptr  ? "a sensor fault (" + fault->sentence + ")"
                       : what != nullptr ? phrase(name, what->parameters)
@@ -77,8 +78,6 @@ std::vector<std::string> clauses_of(const Explanation& explanation) {
 }
 
 std::string physics_of(const Explanation& explanation) {
-  const bool is_unknown = std::any_of(explanation.chosen.begin(), explanation.chosen.end(),
-                                      [](const std::string& name) { return search_start(name) == SearchStart::terms; });
   switch (explanation.verdict) {
     case Verdict::no_mismatch:
       return "No missing physics";
@@ -90,7 +89,8 @@ std::string physics_of(const Explanation& explanation) {
   const std::vector<std::string> clauses = clauses_of(explanation);
   if (clauses.empty()) return "Something acts that the catalogue does not hold";
   return fmt::format("{} explain{} the difference{}", capitalized(fmt::format("{}", fmt::join(clauses, " and "))),
-                     clauses.size() > 1 ? "" : "s", is_unknown ? " in part; the rest is not in the catalogue" : "");
+                     clauses.size() > 1 ? "" : "s",
+                     has_terms(explanation.chosen) ? " in part; the rest is not in the catalogue" : "");
 }
 
 // The findings on the ship file that matter most.

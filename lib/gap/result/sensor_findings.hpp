@@ -67,6 +67,8 @@ struct Reading {
   double error_ratio = 1.0;  ///< residual error as stated by that under this reading
   std::string recording{};   ///< the one that it holds for; empty: all
   std::string premise{};     ///< "if wind_dir is where the wind blows to"
+  /// The premise as a statement: "wind_dir is where the wind blows to".
+  std::string claim() const { return premise.substr(premise.find(' ') + 1); }
 };
 
 struct Conventions {

@@ -10,7 +10,7 @@
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "dynamics/straight_run.hpp"
-#include "effects/multiplied_force.hpp"
+#include "effects/description.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
@@ -25,7 +25,11 @@ struct Quantity {
 
 constexpr const char* kRevolutions = "1/s";
 
-std::string multiplied_by(std::string_view force) { return std::string(effect_that_multiplies(force)); }
+std::string multiplied_by(MultipliedForce force) {
+  for (const EffectDescription& effect : effect_catalogue())
+    if (effect.info.multiplies == force) return std::string(effect.info.name);
+  return "";
+}
 
 std::string at_speed(double u) { return fmt::format("at {:.3g} m/s", u); }
 
@@ -53,7 +57,7 @@ std::vector<Quantity> of_hull(const UsualConditions& usual) {
                     turning = fmt::format("at {:.2g} deg/s", r / kDegree);
   std::vector<Quantity> result{{"resistance", at_speed(u), "N",
                                 [=](const Ship& ship) { return -hull(u, 0.0, 0.0)(ship)(0); },
-                                multiplied_by("resistance")}};
+                                multiplied_by(MultipliedForce::resistance)}};
   if (v > 0.0) {
     result.push_back({"side force of drift", drifting, "N", less_straight(1, v, 0.0)});
     result.push_back({"turning moment of drift", drifting, "N m", less_straight(2, v, 0.0)});
@@ -68,7 +72,7 @@ std::vector<Quantity> of_propeller(const Ship& ship, const UsualConditions& usua
            [=, u = usual.u](const Ship& s) {
              return forces(s, {u, 0.0, 0.0}, orders).propeller.force(0);
            },
-           multiplied_by("thrust")}};
+           multiplied_by(MultipliedForce::thrust)}};
 }
 
 std::vector<Quantity> of_rudder(const Ship& ship, const UsualConditions& usual) {
@@ -87,8 +91,8 @@ std::vector<Quantity> of_rudder(const Ship& ship, const UsualConditions& usual) 
       return forces(s, {u, 0.0, 0.0}, turned).rudder(axis) - forces(s, {u, 0.0, 0.0}, idle).rudder(axis);
     };
   };
-  return {{"side force of the rudder", where, "N", less_amidships(1), multiplied_by("rudder force")},
-          {"turning moment of the rudder", where, "N m", less_amidships(2), multiplied_by("rudder force")}};
+  return {{"side force of the rudder", where, "N", less_amidships(1), multiplied_by(MultipliedForce::rudder)},
+          {"turning moment of the rudder", where, "N m", less_amidships(2), multiplied_by(MultipliedForce::rudder)}};
 }
 
 std::vector<Quantity> of_thrusters(const Ship& ship, const UsualConditions& usual) {
