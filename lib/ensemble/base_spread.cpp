@@ -4,11 +4,11 @@
 #include <cmath>
 #include <span>
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "dynamics/replay.hpp"

@@ -6,10 +6,10 @@
 #include <iterator>
 #include <mutex>
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "ensemble/base_preparation.hpp"
 #include "ensemble/error_growth.hpp"

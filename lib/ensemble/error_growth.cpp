@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Dense>
-
+#include "core/linear_algebra.hpp"
 #include "recording/samples.hpp"
 
 namespace leeway::ensemble {

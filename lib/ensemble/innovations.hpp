@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-#include <Eigen/Dense>
-
+#include "core/linear_algebra.hpp"
 #include "recording/samples.hpp"
 
 namespace leeway::ensemble {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Dense>
+#include "core/linear_algebra.hpp"
 
 namespace leeway::estimate {
 namespace {

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Dense>
-
+#include "core/linear_algebra.hpp"
 #include "core/statistics.hpp"
 
 namespace leeway::foreign {

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Dense>
-
+#include "core/linear_algebra.hpp"
 #include "core/random.hpp"
 #include "core/units.hpp"
 

@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <iterator>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "io/csv.hpp"
@@ -116,6 +116,7 @@ RecordingScores score(const PredictedRecording& prediction, const Trajectory& tr
   result.members = prediction.members;
   result.sampling = prediction.sampling;
   result.ignored_columns = truth.ignored_columns;
+  result.absent_columns = truth.absent_columns;
   result.against = against;
   for (const auto& [number, sequence] : prediction.sequences) {
     result.steps_of_sequence.push_back(sequence.steps.size());

@@ -4,11 +4,11 @@
 #include <iterator>
 #include <limits>
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/units.hpp"
 #include "forces/registry.hpp"
 #include "io/files.hpp"

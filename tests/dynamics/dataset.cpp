@@ -191,7 +191,8 @@ TEST_CASE("dataset: few replays are drawn anew", "[dynamics][dataset]") {
   }
 }
 
-TEST_CASE("dataset: Train-B and Test-B are distributed alike, Test-ZT and Test-R are not", "[dynamics][dataset]") {
+TEST_CASE("dataset: Train-B and Test-B are distributed alike, Test-ZT and Test-R are not",
+          "[dynamics][dataset][long]") {
   const std::uint64_t seed = GENERATE(from_range(kSeeds));
   CAPTURE(seed);
   const Sets& sets = model_scale(seed);
@@ -208,7 +209,8 @@ TEST_CASE("dataset: Train-B and Test-B are distributed alike, Test-ZT and Test-R
   CHECK(ks_distance(train[Channel::u], sets.at("Test-R")[Channel::u]) > 2.0 * limit);
 }
 
-TEST_CASE("dataset: Test-ZT lies at large speeds, with sway and yaw rates beyond Train-B", "[dynamics][dataset]") {
+TEST_CASE("dataset: Test-ZT lies at large speeds, with sway and yaw rates beyond Train-B",
+          "[dynamics][dataset][long]") {
   const std::uint64_t seed = GENERATE(from_range(kSeeds));
   CAPTURE(seed);
   const SetSamples &train = model_scale(seed).at("Train-B"), &zt = model_scale(seed).at("Test-ZT");
@@ -223,7 +225,7 @@ TEST_CASE("dataset: Test-ZT lies at large speeds, with sway and yaw rates beyond
   }
 }
 
-TEST_CASE("dataset: Test-R lies at small speeds and goes astern, which Train-B does not", "[dynamics][dataset]") {
+TEST_CASE("dataset: Test-R lies at small speeds and goes astern, which Train-B does not", "[dynamics][dataset][long]") {
   const std::uint64_t seed = GENERATE(from_range(kSeeds));
   CAPTURE(seed);
   const SetSamples &train = model_scale(seed).at("Train-B"), &random = model_scale(seed).at("Test-R");

@@ -220,7 +220,7 @@ TEST_CASE("base model: the outputs' scale is that of what the base leaves over",
     CHECK_THAT(exact.inputs.accelerations[i].sd, WithinRel(config.sigma(static_cast<Eigen::Index>(i)) / 11.0, 1e-12));
 }
 
-TEST_CASE("base model: networks learn what it lacks", "[ensemble][base]") {
+TEST_CASE("base model: networks learn what it lacks", "[ensemble][base][long]") {
   const Ship ship = read_ship("vectwin-3m");
   const Ship truth = with_effects("vectwin-3m", {{"fouling", {{"resistance_increase", 0.6}}, "", ""},
                                                  {"windage", {{"kX", 2.0}, {"kY", 2.0}, {"kN", 2.0}}, "", ""}});

@@ -105,7 +105,7 @@ TEST_CASE("error growth: covariances by a unit of each noise are those of simula
   }
 }
 
-TEST_CASE("error growth: planted variances are found beside networks that disagree", "[ensemble][calibration]") {
+TEST_CASE("error growth: planted variances are found beside networks that disagree", "[ensemble][calibration][long]") {
   const Noises noises(1.0, kPoints);
   Planted planted;
   planted.disturbance.axes = {{{{2e-3, 3.2}}, {{4e-3, 1.0}}, {{1e-3, 30.0}}}};
@@ -127,7 +127,7 @@ TEST_CASE("error growth: planted variances are found beside networks that disagr
   }
 }
 
-TEST_CASE("error growth: where nothing is planted, next to nothing is found", "[ensemble][calibration]") {
+TEST_CASE("error growth: where nothing is planted, next to nothing is found", "[ensemble][calibration][long]") {
   const Noises noises(1.0, kPoints);
   Planted planted;
   planted.sensor_sd = {0.01, 0.01, 2e-3};

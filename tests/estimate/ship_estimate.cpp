@@ -114,7 +114,7 @@ TEST_CASE("estimate: thrusters in kN or per minute do not pass silently", "[esti
 }
 
 TEST_CASE("estimate: the 95 % intervals hold the measured coefficients of hulls that they were fitted without",
-          "[estimate][validation]") {
+          "[estimate][validation][long]") {
   const io::Json result = compare_measured_hulls(measured_hulls());
   CHECK(result["hulls"].size() >= 6);
   const double share = result["within_95"].get<double>() / result["coefficients"].get<double>();

@@ -171,7 +171,7 @@ TEST_CASE("gap-explain: coefficients with which held-out recordings get worse ar
   CHECK_THAT(fmt::format("{}", fmt::join(explanation.notices, "\n")), Contains("no coefficients fitted anew"));
 }
 
-TEST_CASE("free runs: a simulator follows its own recordings as well as their noise lets it start", "[gap]") {
+TEST_CASE("free runs: a simulator follows its own recordings as well as their noise lets it start", "[gap][long]") {
   const Ship ship = read_ship("esso-osaka-3m");
   gap::Campaign campaign = gap::prepare(ship, test::recorded({"esso-osaka-3m", 5, 1, 310.0, 1.0, 0.5}, ship), {});
   gap::FitOptions options;

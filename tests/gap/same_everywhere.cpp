@@ -11,7 +11,7 @@ using namespace leeway;
 
 // What gap-explain concludes must not depend on the processor that it is built for: the tests run in a build for
 // x86-64-v3 (preset release) and in one for plain x86-64 (preset asan), whose sums go in another order.
-TEST_CASE("gap-explain: conclusions and numbers are those of other instruction sets", "[gap]") {
+TEST_CASE("gap-explain: conclusions and numbers are those of other instruction sets", "[gap][long]") {
   Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 1);
   truth.effects.push_back(
       {"steady-current", {{"current_speed_mps", 0.06}, {"current_set_deg", 140.0}}, "ship.json", "/effects/0"});

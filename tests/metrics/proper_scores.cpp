@@ -70,7 +70,7 @@ TEST_CASE("honest distance: members that share the particles evenly have Hotelli
 }
 
 TEST_CASE("honest distance: a truth of the same law has its mean and lies within its radii as often as they say",
-          "[metrics]") {
+          "[metrics][long]") {
   // As large within as between, with the sensors' noise and without; a thousand truths each.
   for (const double noise : {0.0, 1.0}) {
     CAPTURE(noise);

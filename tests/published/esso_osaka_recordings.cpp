@@ -64,7 +64,7 @@ TEST_CASE("esso-osaka-3m: replayed random tests stay close to the recorded veloc
 
 // All channels but the positions have passed a filter there; noise that still holds the other fault hid each.
 TEST_CASE("audit: in recordings of a real model, a heading turned by 3 deg is found beside their filter",
-          "[published]") {
+          "[published][long]") {
   const fs::path folder = LEEWAY_SHARED_FOLDER "/real/esso-osaka";
   if (!fs::exists(folder)) {
     WARN("SKIPPED: no " << folder.string());

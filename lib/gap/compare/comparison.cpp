@@ -7,10 +7,9 @@
 #include <map>
 #include <set>
 
-#include <Eigen/Cholesky>
-
 #include "core/distributions.hpp"
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/units.hpp"
 #include "gap/compare/candidates.hpp"
 #include "gap/compare/places.hpp"

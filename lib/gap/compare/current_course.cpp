@@ -5,9 +5,9 @@
 #include <iterator>
 #include <numeric>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "core/linear_algebra.hpp"
 #include "core/units.hpp"
 #include "effects/varying_current.hpp"
 #include "gap/policy/policy.hpp"

@@ -4,10 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
 #include "core/distributions.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/random.hpp"
 #include "gap/detect/refit.hpp"

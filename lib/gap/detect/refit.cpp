@@ -4,9 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include <Eigen/Cholesky>
-
 #include "core/distributions.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "gap/detect/blocks.hpp"
 #include "gap/detect/score_test.hpp"

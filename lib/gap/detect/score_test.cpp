@@ -1,8 +1,6 @@
 #include "gap/detect/score_test.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
+#include "core/linear_algebra.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
-
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "gap/policy/policy.hpp"

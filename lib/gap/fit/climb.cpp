@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "gap/fit/events.hpp"
 #include "gap/policy/policy.hpp"

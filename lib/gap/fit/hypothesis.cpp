@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/random.hpp"
 #include "core/statistics.hpp"
 #include "core/units.hpp"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/statistics.hpp"
 #include "core/units.hpp"

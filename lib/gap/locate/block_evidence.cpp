@@ -4,8 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/Cholesky>
-
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "gap/filter/reference_units.hpp"
 #include "gap/policy/policy.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include "core/linear_algebra.hpp"
 
 namespace leeway::gap {
 namespace {

@@ -5,10 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 #include "core/distributions.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/random.hpp"
 #include "gap/filter/reference_units.hpp"

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/wind.hpp"
 #include "gap/filter/reference_units.hpp"

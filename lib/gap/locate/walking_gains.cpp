@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "gap/filter/reference_units.hpp"
 #include "gap/policy/policy.hpp"

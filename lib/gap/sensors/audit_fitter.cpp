@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Dense>
-
+#include "core/linear_algebra.hpp"
 #include "core/statistics.hpp"
 #include "gap/policy/policy.hpp"
 

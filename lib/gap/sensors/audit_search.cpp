@@ -4,9 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Dense>
-
 #include "core/distributions.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "gap/decide/sensors.hpp"

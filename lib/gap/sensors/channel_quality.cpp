@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "core/linear_algebra.hpp"
 #include "core/statistics.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/sensors/kinematic_windows.hpp"

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <nlohmann/json.hpp>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "dynamics/indices.hpp"

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/linear_algebra.hpp"
 #include "gap/compare/current_course.hpp"
 #include "gap/compare/selection.hpp"
 #include "gap/compare/terms.hpp"
@@ -172,7 +172,7 @@ SensorHypothesis sensor_hypothesis(const Findings& findings) {
     found.all_chance = 1.0 - (1.0 - found.all_chance) * (1.0 - std::clamp(p_value, 0.0, 1.0));
   };
   for (const Reading& reading : findings.conventions.contradicted) {
-    add({"convention", capitalized(reading.premise.substr(reading.premise.find(' ') + 1)) + ".", ""}, 0.0);
+    add({"convention", capitalized(reading.claim()) + ".", ""}, 0.0);
     // Nothing is fitted to tell a reading, so that its likelihood is that of unseen data.
     sensors.log_evidence += reading.log_odds;
     sensors.heldout_gain += reading.log_odds;

@@ -5,11 +5,10 @@
 #include <memory>
 #include <numeric>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/random.hpp"
 #include "core/units.hpp"

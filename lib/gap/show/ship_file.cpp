@@ -4,11 +4,11 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "effects/description.hpp"
 #include "gap/decide/ship_file.hpp"
 #include "gap/fit/climb.hpp"

@@ -113,7 +113,7 @@ gap::Findings located(ensemble::Ensemble ensemble, std::vector<Trajectory> recor
 
 }  // namespace
 
-TEST_CASE("gap-locate --model: recordings of the system that the ensemble learned are no mismatch", "[gap]") {
+TEST_CASE("gap-locate --model: recordings of the system that the ensemble learned are no mismatch", "[gap][long]") {
   const gap::Findings findings = located(linear_ensemble(3, 1e-5), recorded(0.45, kNothing));
   CAPTURE(findings.detection.reason);
   CHECK(findings.verdict == gap::Verdict::no_mismatch);
@@ -149,7 +149,7 @@ TEST_CASE("gap-locate --model: a force that comes and goes is found in time and 
 
 TEST_CASE(
     "gap-locate --model: where the inputs leave the training data the region is untrained, not the physics missing",
-    "[gap]") {
+    "[gap][long]") {
   // Beyond the angles of the training the rudder stalls, which no member knows.
   const auto stalled = [](double, const Eigen::Vector4d& inputs) {
     const double beyond = std::max(std::abs(inputs(3)) - kTrainedAngle, 0.0) * (inputs(3) < 0.0 ? -1.0 : 1.0);
@@ -172,7 +172,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("gap-locate --model: what is no more than the members differ by is no mismatch", "[gap]") {
+TEST_CASE("gap-locate --model: what is no more than the members differ by is no mismatch", "[gap][long]") {
   const gap::Findings findings = located(linear_ensemble(4, 0.002), recorded(0.45, kPushed));
   CAPTURE(findings.detection.reason);
   CHECK(findings.verdict == gap::Verdict::undecided);

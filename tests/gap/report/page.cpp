@@ -80,7 +80,7 @@ bool skip_without_browser() {
 
 }  // namespace
 
-TEST_CASE("report.html of gap-locate in a browser: every chart draws", "[gap][report]") {
+TEST_CASE("report.html of gap-locate in a browser: every chart draws", "[gap][report][long]") {
   if (skip_without_browser()) return;
   const test::Browser browser;
   struct Case {

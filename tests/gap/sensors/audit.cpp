@@ -143,7 +143,7 @@ TEST_CASE("audit: small faults are found as well", "[gap][audit][long]") {
               campaign);
 }
 
-TEST_CASE("audit: a lever arm under much noise is not taken for positions that are early", "[gap][audit]") {
+TEST_CASE("audit: a lever arm under much noise is not taken for positions that are early", "[gap][audit][long]") {
   for (const std::uint64_t seed : {41u, 42u, 43u}) {
     Injected fault;
     fault.lever_x = 1.5;
@@ -156,14 +156,14 @@ TEST_CASE("audit: a lever arm under much noise is not taken for positions that a
   }
 }
 
-TEST_CASE("audit: a latency of several seconds is found, and to a fraction of a sample", "[gap][audit]") {
+TEST_CASE("audit: a latency of several seconds is found, and to a fraction of a sample", "[gap][audit][long]") {
   Injected fault;
   fault.velocity_latency_s = fault.rate_latency_s = 3.4;
   check_named({"velocity-latency", "velocity_latency_s", 3.4, fault}, {.seed = 53});
 }
 
 TEST_CASE("audit: a filter of all channels but the positions is distinguished from positions that are early",
-          "[gap][audit]") {
+          "[gap][audit][long]") {
   // They differ to second order only: little noise.
   Injected fault;
   fault.filter_s = 2.0;
@@ -182,7 +182,7 @@ TEST_CASE("audit: a filter of all channels but the positions is distinguished fr
   CHECK(early.faults[0].name == "position-latency");
 }
 
-TEST_CASE("audit: two faults at once are both named and measured", "[gap][audit]") {
+TEST_CASE("audit: two faults at once are both named and measured", "[gap][audit][long]") {
   Injected fault;
   fault.heading_bias = 2.0 * kDegree;
   fault.velocity_latency_s = 1.0;
@@ -213,7 +213,7 @@ TEST_CASE("audit: sound sensors are found sound", "[gap][audit][long]") {
   CHECK(alarms <= 1);
 }
 
-TEST_CASE("audit: hard turns sampled once a second without noise feign no fault", "[gap][audit]") {
+TEST_CASE("audit: hard turns sampled once a second without noise feign no fault", "[gap][audit][long]") {
   // Without noise everything is significant; what interpolation leaves is too small to matter.
   for (const char* name : {"vectwin-3m", "esso-osaka-3m"}) {
     const Audit result = audit(recorded({.ship = name, .seed = 61}, read_ship(name), {}, 0.0), {});
@@ -303,7 +303,7 @@ TEST_CASE("audit: a current shows that the log measures through the water", "[ga
 }
 
 TEST_CASE("audit: a ship fifty times as long has fifty times the lever arm and seven times the latency",
-          "[gap][audit]") {
+          "[gap][audit][long]") {
   Injected fault;
   fault.lever_x = 0.3;
   fault.rate_latency_s = 0.6;
@@ -343,7 +343,7 @@ TEST_CASE("audit: a ship fifty times as long has fifty times the lever arm and s
       CHECK_THAT(again[channel][k], WithinAbs(small[channel][k], 1e-4));
 }
 
-TEST_CASE("audit: the number of threads changes nothing", "[gap][audit]") {
+TEST_CASE("audit: the number of threads changes nothing", "[gap][audit][long]") {
   Injected fault;
   fault.lever_x = 0.3;
   const std::vector<Trajectory> recordings = recorded({.seed = 83, .recordings = 3}, vectwin(), fault);

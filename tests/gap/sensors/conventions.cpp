@@ -160,7 +160,7 @@ TEST_CASE("conventions: one recording among others is named, and it alone is rea
 }
 
 TEST_CASE("conventions: strong forces that the model lacks in one recording are no reading of it",
-          "[gap][conventions]") {
+          "[gap][conventions][long]") {
   const Ship ship = read_ship("vectwin-3m");
   Ship truth = ship;
   EffectEntry& interaction = truth.effects.emplace_back();
@@ -187,7 +187,8 @@ TEST_CASE("conventions: angles that rudders have are not tried as degrees labele
   CHECK(tries_degrees());
 }
 
-TEST_CASE("conventions: one rudder of two, and a thruster, can be the one that is reversed", "[gap][conventions]") {
+TEST_CASE("conventions: one rudder of two, and a thruster, can be the one that is reversed",
+          "[gap][conventions][long]") {
   const Ship truth = read_ship("vectwin-3m"), wrong_ship = perturbed_ship("vectwin-3m", 0.1, 5);
   const std::vector<Trajectory> right = recorded({.seed = 17, .recordings = 16}, truth);
   check_found(wrong_ship, right,
