@@ -28,7 +28,7 @@ struct Options {
   cli::GapOptions gap;
   std::string output;
   std::vector<std::string> heldout;
-  bool fail_on_mismatch = false;
+  bool fail_on_mismatch = false, calibrates = false;
   cli::CommonOptions common;
 };
 
@@ -37,6 +37,9 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--holdout", o.heldout,
                  "recordings that judge the result and that nothing is fitted to (default: recordings, or blocks of a "
                  "few, are left out in turn)");
+  app.add_flag("--calibrate", o.calibrates,
+               "fit the ship's coefficients alone and name no effect: ship.json has the likeliest within what the ship "
+               "file states, and as coefficient_covariance what the recordings leave open of them");
   app.add_flag("--fail-on-mismatch", o.fail_on_mismatch, "exit code 1 where something is missing");
   app.add_option("-o,--output", o.output, "folder for report.json, report.html and ship.json")->required();
   app.footer(
@@ -84,6 +87,7 @@ int main(int argc, char** argv) try {
   const auto folder = result_folder(o, recordings);
   gap::GapExplainOptions options;
   options.locate = cli::locate_options(o.gap, o.common);
+  options.calibrates = o.calibrates;
   gap::Explanation explanation;
   {
     cli::Progress progress("explaining", 1.0, o.common);
@@ -108,7 +112,7 @@ int main(int argc, char** argv) try {
     folder->write(gap::current_file(path.recording), gap::path_text(path));
   folder->write("report.html",
                 gap::report_html(
-                    explanation, "What " + ship.name + " lacks",
+                    explanation, o.calibrates ? "The coefficients of " + ship.name : "What " + ship.name + " lacks",
                     fmt::format("{}", fmt::join(json["provenance"]["command"].get<std::vector<std::string>>(), " "))));
   folder->commit(std::move(json));
   cli::warn_all(explanation.notices);

@@ -14,6 +14,7 @@
 #include "dynamics/replay.hpp"
 #include "ensemble/innovations.hpp"
 #include "io/files.hpp"
+#include "ship/joint_uncertainty.hpp"
 
 namespace leeway::ensemble {
 namespace {
@@ -452,22 +453,15 @@ std::shared_ptr<const BaseModel> calibrated(const BaseModel& base, const BaseSpr
   ship.name += "-calibrated";
   ship.multiply(by.factors);
   Ship::JointUncertainty joint{{}, by.covariance};
-  for (std::size_t i = 0; i < by.factors.size(); ++i) {
-    joint.names.push_back(by.factors[i].name);
-    const double least = ship.is_absolute(by.factors[i].name) ? kAbsoluteSdRange.low : kLogSdRange.low;
-    double& variance = joint.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i));
-    variance = std::max(variance, least * least);
-  }
+  for (const CoefficientFactor& factor : by.factors) joint.names.push_back(factor.name);
+  joint = statable(std::move(joint), ship);
   io::Json json =
       multiplied(io::parse_json(base.text(), base.ship().file), by.factors,
                  fmt::format("fitted to recordings from '{}', whose stated uncertainty times {:.3g} was the "
                              "prior",
                              base.ship().name, by.spread));
   json["name"] = ship.name;
-  io::Json matrix = io::Json::array();
-  for (const auto& row : joint.matrix.rowwise()) matrix.push_back(std::vector<double>(row.begin(), row.end()));
-  json["coefficient_covariance"] = {
-      {"source", "what the recordings leave open"}, {"names", joint.names}, {"matrix", matrix}};
+  json["coefficient_covariance"] = to_json(joint, "what the recordings leave open");
   ship.coefficient_covariance = std::move(joint);
   return std::make_shared<const BaseModel>(std::move(ship), io::to_text(json));
 }

@@ -15,6 +15,7 @@
 #include "dynamics/maneuvers.hpp"
 #include "dynamics/straight_run.hpp"
 #include "io/files.hpp"
+#include "ship/joint_uncertainty.hpp"
 
 namespace leeway::estimate {
 namespace {
@@ -443,18 +444,12 @@ ShipEstimate estimate_ship(const HullParticulars& particulars, const std::vector
   if (width == widths.end() || !D_T || result.ship.has_twin_rudders() || !result.ship.has_rudders()) return result;
   const CoefficientLaw law = coefficient_law(result.ship);
   const Eigen::MatrixXd covariance = conditioned_on_turning(result.ship, law, *D_T, width->sd);
-  Json names = Json::array(), matrix = Json::array();
-  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
-    names.push_back(law.coefficients[static_cast<std::size_t>(i)].name);
-    matrix.push_back(std::vector<double>(covariance.row(i).begin(), covariance.row(i).end()));
-  }
-  result.json["coefficient_covariance"] = {
-      {"source",
-       fmt::format("uncertainty, and gamma_R of both sides correlated by {:g}; conditioned on the tactical diameter, "
-                   "which such estimates have met with a log-sd of {:.3f} (docs/estimate.md)",
-                   kSidesCorrelation, width->sd)},
-      {"names", names},
-      {"matrix", matrix}};
+  Ship::JointUncertainty joint{{}, covariance};
+  for (const UncertainCoefficient& coefficient : law.coefficients) joint.names.push_back(coefficient.name);
+  result.json["coefficient_covariance"] = to_json(
+      joint, fmt::format("uncertainty, and gamma_R of both sides correlated by {:g}; conditioned on the tactical "
+                         "diameter, which such estimates have met with a log-sd of {:.3f} (docs/estimate.md)",
+                         kSidesCorrelation, width->sd));
   result.ship = parse_ship(result.json, particulars.name);
   return result;
 }

@@ -58,12 +58,20 @@ std::optional<double> revolutions_of(Ship ship, const Explanation& explanation) 
   }
 }
 
+// Nothing is named; how much the simulator errs then is what gap-locate found.
+Selection no_selection(const Findings& findings) {
+  Selection selection;
+  selection.stated = {1.0};
+  selection.left_p_value = findings.detection.p_value;
+  return selection;
+}
+
 // The verdict, and what is claimed.
 void decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
                         const Selection& selection, double false_alarm, double L_pp) {
-  const Decision decision =
-      decide({false_alarm, findings.tests, hypotheses_found(comparison, selection, findings.fit, L_pp),
-              sensors_found(findings)});
+  std::optional<HypothesesFound> hypotheses;
+  if (!explanation.is_calibration) hypotheses = hypotheses_found(comparison, selection, findings.fit, L_pp);
+  const Decision decision = decide({false_alarm, findings.tests, hypotheses, sensors_found(findings)});
   explanation.verdict = decision.verdict;
   explanation.p_value = decision.p_value;
   explanation.left_p_value = selection.left_p_value;
@@ -92,11 +100,13 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   Findings& findings = investigation.findings;
   const Campaign& campaign = investigation.campaign;
 
-  progress(0.4, "fits with the likeliest effects");
+  explanation.is_calibration = options.calibrates;
+  progress(0.4, options.calibrates ? "the coefficients" : "fits with the likeliest effects");
   const double rate = options.locate.false_alarm;
   Comparison comparison(campaign, investigation.null,
                         {rate, options.locate.jobs, findings.detection.p_value > surely_beside(rate)});
-  const Selection selection = select(campaign, findings, comparison, options);
+  const Selection selection =
+      options.calibrates ? no_selection(findings) : select(campaign, findings, comparison, options);
   report_hypotheses(explanation, comparison, campaign, options);
   decide_explanation(explanation, findings, comparison, selection, rate, ship.particulars.L_pp);
   add_sensors(explanation, findings);

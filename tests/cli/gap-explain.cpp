@@ -38,6 +38,27 @@ TEST_CASE("gap-explain: the ship that it writes runs in the simulator", "[cli][g
         1);
 }
 
+TEST_CASE("gap-explain: a calibration writes a ship that other tools draw from", "[cli][gap]") {
+  const test::TemporaryFolder folder;
+  REQUIRE(run(folder,
+              "for a in 10 20; do mmg-sim zigzag --ship vectwin-3m-estimated --rudder-deg $a --heading-deg 20 --noise "
+              "paper-model-scale --quiet -o z$a.csv; done")
+              .exit_code == 0);
+  const auto outcome = run(folder, "gap-explain --calibrate --ship vectwin-3m z10.csv z20.csv -o out");
+  CAPTURE(outcome.err);
+  REQUIRE(outcome.exit_code == 0);
+  CHECK_THAT(outcome.err, Contains("coefficients were fitted"));
+  const io::Json report = io::read_json(folder / "out/report.json");
+  CHECK(report.at("chosen").empty());
+  CHECK(report.at("hypotheses").size() == 1);
+  const io::Json ship = io::read_json(folder / "out/ship.json");
+  CHECK(ship.at("name").get<std::string>().ends_with(", fitted"));
+  CHECK(ship.at("coefficient_covariance").at("names").size() == ship.at("coefficient_covariance").at("matrix").size());
+  const auto draws = run(folder, "mmg-sim draws --ship out/ship.json --count 2 --quiet -o ships");
+  CAPTURE(draws.err);
+  CHECK(draws.exit_code == 0);
+}
+
 TEST_CASE("gap-explain: wrong input is refused with its reason and nothing is written", "[cli][gap]") {
   const test::TemporaryFolder folder;
   REQUIRE(run(folder,

@@ -1,5 +1,7 @@
 #include "gap/gap_explain.hpp"
 
+#include <cmath>
+#include <map>
 #include <set>
 
 #include <catch2/catch.hpp>
@@ -7,7 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/distributions.hpp"
+#include "core/linear_algebra.hpp"
+#include "core/random.hpp"
 #include "core/units.hpp"
+#include "dynamics/coefficient_law.hpp"
 #include "dynamics/model_parts.hpp"
 #include "gap/compare/comparison.hpp"
 #include "gap/compare/current_course.hpp"
@@ -97,6 +102,13 @@ TEST_CASE("gap-explain: a planted current is named, measured, and shown to help 
   CHECK(json["chosen"] == io::Json{"steady-current"});
   CHECK(json["fit"]["heldout"]["after"]["rmse_position_m"].get<double>() == after.free_runs.at(100).rmse_position_m);
   CHECK(json["hypotheses"][0]["parameters"]["current_set_deg"]["unit"] == "deg");
+  REQUIRE(json["sets"].size() == json["hypotheses"].size());
+  CHECK(json["sets"][0]["names"] == io::Json{"steady-current"});
+  double included = 0.0;
+  for (const io::Json& set : json["sets"])
+    for (const io::Json& name : set["names"])
+      if (name == "steady-current") included += set["probability"].get<double>();
+  CHECK(json["inclusion"]["steady-current"].get<double>() == Approx(included));
 }
 
 TEST_CASE("gap-explain: where nothing is missing nothing is chosen, and wrong coefficients alone are mended",
@@ -169,6 +181,42 @@ TEST_CASE("gap-explain: coefficients with which held-out recordings get worse ar
   CHECK(gap::ship_with(io::read_json(stated.file), explanation) == io::read_json(stated.file));
   CHECK(gap::log_error(explanation.heldout.after) == gap::log_error(explanation.heldout.before));
   CHECK_THAT(fmt::format("{}", fmt::join(explanation.notices, "\n")), Contains("no coefficients fitted anew"));
+}
+
+TEST_CASE("gap-explain: a calibration has the coefficients of the true ship within what it leaves open",
+          "[gap][long]") {
+  const Ship stated = read_ship("esso-osaka-3m");
+  RandomStream random(4, "a ship of the stated law");
+  Ship truth = stated;
+  std::map<std::string, double> planted;
+  for (const UncertainCoefficient& c : coefficient_law(stated).coefficients) {
+    if (c.is_absolute) continue;
+    planted[c.name] = c.sd * random.normal();
+    truth.multiply({{c.name, std::exp(planted[c.name])}});
+  }
+  std::vector<Trajectory> none, recordings = test::recorded({"esso-osaka-3m", 5, 4, 200.0, 1.0, 0.5}, truth);
+  gap::GapExplainOptions options = two_jobs();
+  options.calibrates = true;
+  const gap::Explanation explanation = gap::gap_explain(stated, recordings, none, options);
+  CHECK(explanation.chosen.empty());
+  CHECK(explanation.hypotheses.size() == 1);
+  CHECK_THAT(gap::headline(explanation), Contains("coefficients were fitted") && Contains("errors of free runs fall"));
+
+  const io::Json json = gap::ship_with(io::read_json(stated.file), explanation);
+  const Ship fitted = parse_ship(json, "ship.json");
+  REQUIRE(fitted.coefficient_covariance);
+  const Ship::JointUncertainty& joint = *fitted.coefficient_covariance;
+  REQUIRE(joint.names.size() == coefficient_law(stated).coefficients.size());
+  const auto n = static_cast<Eigen::Index>(joint.names.size());
+  Eigen::VectorXd off(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::string& name = joint.names[static_cast<std::size_t>(i)];
+    const io::Json& factors = json["coefficient_factors"];
+    off[i] = std::log(factors.value(name, 1.0)) - planted[name];
+  }
+  // Chi-squared with n degrees of freedom if the posterior is right; far more if it claims too much.
+  CHECK(off.dot(joint.matrix.llt().solve(off)) < 2.0 * static_cast<double>(n));
+  CHECK(joint.matrix.diagonal().minCoeff() < 1e-3);  // and it knows something
 }
 
 TEST_CASE("free runs: a simulator follows its own recordings as well as their noise lets it start", "[gap][long]") {

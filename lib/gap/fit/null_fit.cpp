@@ -116,9 +116,7 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
       report.noise.push_back(
           {kNames[i], fit.noise.measurement_sd[i] * (i == 2 || i == 5 ? 1.0 / kDegree : 1.0), kMissing});
   }
-  Eigen::MatrixXd M = fit.total.F;
-  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
-  const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(p, p));
+  const Eigen::MatrixXd covariance = posterior_covariance(fit);
   for (Eigen::Index i = 0; i + 1 + fit.effects < p; ++i) {
     report.parameters.push_back(
         shift_of(fit.parameters[static_cast<std::size_t>(i)], fit.theta[i], std::sqrt(covariance(i, i))));
@@ -236,12 +234,15 @@ double log_evidence(const FittedNull& fit) {
   return marginal(fit.total, fit.theta, fit.prior_sd) - 0.5 * off.squaredNorm() + fit.log_prior_of_events;
 }
 
-Coordinates coordinates_of(const FittedNull& fit) {
-  const Eigen::Index effects = fit.effects, first = fit.theta.size() - 1 - effects;
+Eigen::MatrixXd posterior_covariance(const FittedNull& fit) {
   Eigen::MatrixXd M = fit.total.F;
   M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
-  const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
-  return {fit.theta.segment(first, effects), covariance.block(first, first, effects, effects)};
+  return M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
+}
+
+Coordinates coordinates_of(const FittedNull& fit) {
+  const Eigen::Index effects = fit.effects, first = fit.theta.size() - 1 - effects;
+  return {fit.theta.segment(first, effects), posterior_covariance(fit).block(first, first, effects, effects)};
 }
 
 }  // namespace leeway::gap

@@ -55,6 +55,9 @@ FittedNull follow(const Campaign& campaign, const FittedNull& fit, const Hypothe
 /// ln p(recordings | hypothesis), by Laplace's method at the best coefficients, effects and noise levels.
 double log_evidence(const FittedNull& fit);
 
+/// Covariance of theta, given the recordings.
+Eigen::MatrixXd posterior_covariance(const FittedNull& fit);
+
 /// Coordinates of the effects, and their covariance.
 struct Coordinates {
   Eigen::VectorXd mean;

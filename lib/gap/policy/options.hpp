@@ -24,6 +24,7 @@ struct GapExplainOptions {
   GapLocateOptions locate;
   std::size_t refitted = kPolicy.compare.refitted;          ///< effects that are fitted without linearization
   std::size_t most_effects = kPolicy.compare.most_effects;  ///< at a time
+  bool calibrates = false;                                  ///< coefficients alone: no effect is asked for
 };
 
 }  // namespace leeway::gap

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,6 +11,7 @@
 
 #include "gap/report/locate_json.hpp"
 #include "gap/report/words.hpp"
+#include "ship/joint_uncertainty.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -96,6 +99,17 @@ Json to_json(const ShipFile& file) {
           {"findings", findings}};
 }
 
+// How probable it is that each effect or fault acts: over all hypotheses that have it.
+Json inclusion_of(const std::vector<Explained>& hypotheses) {
+  std::map<std::string, double> inclusion;
+  for (const Explained& hypothesis : hypotheses)
+    for (const std::string& name : std::set<std::string>(hypothesis.effects.begin(), hypothesis.effects.end()))
+      inclusion[name] += hypothesis.probability;
+  Json result = Json::object();
+  for (const auto& [name, probability] : inclusion) result[name] = number(std::min(probability, 1.0));
+  return result;
+}
+
 }  // namespace
 
 Json to_json(const Explanation& explanation) {
@@ -107,8 +121,11 @@ Json to_json(const Explanation& explanation) {
               {"rudder_deg", number(b->rudder_deg)},
               {"tactical_diameter_L", number(b->diameter_L)},
               {"ci95", {number(b->low_L), number(b->high_L)}}};
-  Json locate = to_json(explanation.findings), hypotheses = Json::array();
-  for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
+  Json locate = to_json(explanation.findings), hypotheses = Json::array(), sets = Json::array();
+  for (const Explained& hypothesis : explanation.hypotheses) {
+    hypotheses.push_back(to_json(hypothesis));
+    sets.push_back({{"names", hypothesis.effects}, {"probability", number(hypothesis.probability)}});
+  }
   Json ships = Json::object();
   for (const auto& [recording, effects] : explanation.effects_in) ships[recording] = ship_file(recording);
   Json currents = Json::object();
@@ -133,6 +150,8 @@ Json to_json(const Explanation& explanation) {
       {"ship_file", to_json(explanation.ship_file)},
       {"modules", modules},
       {"hypotheses", hypotheses},
+      {"inclusion", inclusion_of(explanation.hypotheses)},
+      {"sets", sets},
       {"chosen", explanation.chosen},
       {"is_complete", explanation.is_complete},
       {"left_p_value", number(explanation.left_p_value)},
@@ -168,12 +187,15 @@ std::string ship_file(const std::string& recording) { return "ship-" + recording
 Json ship_with(Json of, const Explanation& explanation, const std::string& recording) {
   const std::vector<EffectEntry>& effects =
       recording.empty() ? explanation.effects : explanation.effects_in.at(recording);
-  const bool is_changed = explanation.residual_network || !explanation.coefficient_factors.empty() || !effects.empty();
+  const bool is_changed = explanation.is_calibration || explanation.residual_network ||
+                          !explanation.coefficient_factors.empty() || !effects.empty();
   if (is_changed && of.contains("name") && of["name"].is_string())  // it is another ship: results carry its name
     of["name"] = of["name"].get<std::string>() + (recording.empty() ? ", fitted" : ", fitted to " + recording);
   if (explanation.residual_network) of["residual_network"] = to_json(*explanation.residual_network);
   of = multiplied(std::move(of), explanation.coefficient_factors,
                   "estimated by gap-explain from recordings; standard deviations in its report.json");
+  if (explanation.coefficient_covariance)
+    of["coefficient_covariance"] = to_json(*explanation.coefficient_covariance, "what the recordings leave open");
   if (effects.empty()) return of;
   if (!of.contains("effects")) of["effects"] = Json::array();
   for (const EffectEntry& entry : effects) {

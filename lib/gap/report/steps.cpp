@@ -109,6 +109,12 @@ std::string advice(const Explanation& explanation) {
     return findings.corrected ? "repair the sensor, or correct its recordings as said above, and run again; the ship "
                                 "file was compared with them corrected"
                               : "repair or correct the sensors, then run again";
+  if (explanation.is_calibration && fall_of_errors(explanation.heldout).empty())
+    return "keep the ship file: with ship.json what was left out is not followed better";
+  if (explanation.is_calibration)
+    return explanation.verdict == Verdict::mismatch
+               ? "use ship.json, which errs less, and ask what else is missing: gap-explain without --calibrate"
+               : "use ship.json within the speeds and rudder angles that were recorded";
   std::vector<std::string> named = explanation.chosen;
   std::erase(named, name_of_terms());
   const bool is_unknown = has_terms(explanation.chosen);

@@ -145,7 +145,31 @@ std::string gain_words(double gain, double sd) {
                      with_sd(std::abs(gain), sd));
 }
 
+namespace {
+
+// Of coefficients alone that were asked for.
+std::string headline_of_calibration(const Explanation& explanation) {
+  const std::string fall = fall_of_errors(explanation.heldout);
+  std::string text = "The coefficients were fitted: what was left out is ";
+  text +=
+      fall.empty() ? "not followed better with them" : "followed better with them, errors of free runs fall " + fall;
+  const std::vector<std::string> clauses = clauses_of(explanation);
+  if (!clauses.empty()) return fmt::format("{}. Besides, there is {}.", text, fmt::join(clauses, " and "));
+  switch (explanation.verdict) {
+    case Verdict::mismatch:
+      return text + ". Something else is missing: gap-explain without --calibrate asks what.";
+    case Verdict::no_mismatch:
+      return text + ". Nothing else is missing that these recordings could show.";
+    case Verdict::undecided:
+      break;
+  }
+  return text + ". Whether something else is missing these recordings do not decide.";
+}
+
+}  // namespace
+
 std::string headline(const Explanation& explanation) {
+  if (explanation.is_calibration) return headline_of_calibration(explanation);
   const bool is_off = explanation.ship_file.state == ShipFileState::off;
   const std::string physics = physics_of(explanation);
   const bool is_from_one = explanation.findings.residuals.size() == 1 && !explanation.heldout_is_given &&

@@ -107,6 +107,8 @@ struct Explanation {
   std::vector<ParameterShift> parameters;              ///< of the ship, with what was chosen
   std::vector<EffectEntry> effects;                    ///< that ship.json has more than the ship
   std::vector<CoefficientFactor> coefficient_factors;  ///< and these, if it then follows what is left out better
+  bool is_calibration = false;                         ///< coefficients alone were asked for
+  std::optional<Ship::JointUncertainty> coefficient_covariance;  ///< then: what the recordings leave open of them
   /// By recording, where they differ: what acts there.
   std::map<std::string, std::vector<EffectEntry>> effects_in;
   std::vector<CurrentPath> current_paths;  ///< of a chosen current that varies, by recording

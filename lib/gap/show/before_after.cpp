@@ -13,6 +13,7 @@
 #include "gap/show/free_runs.hpp"
 #include "gap/show/learned_residual.hpp"
 #include "gap/show/left_out.hpp"
+#include "ship/joint_uncertainty.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -150,11 +151,28 @@ class BeforeAfterRuns {
     for (const std::vector<Run>& runs : left_out_.runs) as_stated_.push_back({of_.ship, runs});
     of_alone_ = free_runs(of_.campaign, starts_, left_out_.alone, jobs_);
     of_coefficients_ = free_runs(of_.campaign, starts_, left_out_.with_coefficients, jobs_);
-    takes_coefficients_ = log_error(of_coefficients_) < log_error(of_alone_) - kPolicy.show.worthwhile_fall &&
-                          are_likelier(left_out_.total) &&
-                          is_beyond_chance(of_.campaign, starts_, left_out_.alone, left_out_.with_coefficients, jobs_);
+    const bool are_better =
+        log_error(of_coefficients_) < log_error(of_alone_) - kPolicy.show.worthwhile_fall &&
+        are_likelier(left_out_.total) &&
+        is_beyond_chance(of_.campaign, starts_, left_out_.alone, left_out_.with_coefficients, jobs_);
+    takes_coefficients_ = are_better || explanation_.is_calibration;
     if (takes_coefficients_) explanation_.coefficient_factors = coefficient_changes(fit_, fit_.theta);
+    if (explanation_.is_calibration) {
+      explanation_.coefficient_covariance = covariance_of_coefficients();
+      if (!are_better)
+        explanation_.notices.push_back(
+            "what was left out in turn is not followed better with the fitted coefficients, beyond chance: ship.json "
+            "has "
+            "them, since they were asked for");
+    }
     with_.multiply(explanation_.coefficient_factors);
+  }
+
+  Ship::JointUncertainty covariance_of_coefficients() const {
+    const Eigen::Index n = fit_.theta.size() - 1 - fit_.effects;
+    Ship::JointUncertainty joint{{}, posterior_covariance(fit_).topLeftCorner(n, n)};
+    for (Eigen::Index i = 0; i < n; ++i) joint.names.push_back(fit_.parameters[static_cast<std::size_t>(i)].name);
+    return statable(std::move(joint), of_.ship);
   }
 
   // Whether the recordings speak for coefficients other than those of the ship file, after what their freedom costs.
@@ -190,18 +208,19 @@ class BeforeAfterRuns {
     const auto rise = [&] { return error(with_) - before; };
     const auto notice = [&](std::string_view what, double by) {
       explanation_.notices.push_back(fmt::format(
-          "ship.json has no {}: with {} the errors of free runs over the held-out recordings grow by {:.0f} %", what,
-          what, 100.0 * std::expm1(by)));
+          "{}with {} the errors of free runs over the held-out recordings grow by {:.0f} %",
+          explanation_.is_calibration ? "" : fmt::format("ship.json has no {}: ", what), what, 100.0 * std::expm1(by)));
     };
     if (double by = 0.0; learned_.network && (by = rise()) > 0.0) {
       learned_.network = explanation_.residual_network = with_.residual_network = nullptr;
       notice("network", by);
     }
     if (double by = 0.0; takes_coefficients_ && (by = rise()) > 0.0) {
+      notice("coefficients fitted anew", by);
+      if (explanation_.is_calibration) return;
       takes_coefficients_ = false;
       explanation_.coefficient_factors.clear();
       with_ = without_factors(with_);
-      notice("coefficients fitted anew", by);
     }
   }
 

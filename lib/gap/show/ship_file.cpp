@@ -20,12 +20,6 @@
 namespace leeway::gap {
 namespace {
 
-Eigen::MatrixXd covariance_of(const FittedNull& fit) {
-  Eigen::MatrixXd M = fit.total.F;
-  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
-  return M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
-}
-
 using Modules = std::vector<std::string>;
 
 // The answer's fit again, with the coefficients of some modules free and all others as the file has them.
@@ -93,11 +87,11 @@ class FileJudge {
     }
     for (CalibratedModule& module : file.off)
       module.changes = module_changes(of_.ship, module.name, with.fit.parameters, coefficients(with.fit.theta),
-                                      coefficients(covariance_of(with.fit)), usual_);
+                                      coefficients(posterior_covariance(with.fit)), usual_);
   }
 
   std::vector<FittedCoefficient> fitted_coefficients() const {
-    const Eigen::MatrixXd covariance = of_.answer.kappa * covariance_of(fit_);
+    const Eigen::MatrixXd covariance = of_.answer.kappa * posterior_covariance(fit_);
     std::vector<FittedCoefficient> result;
     for (Eigen::Index i = 0; i < count(); ++i) {
       const UncertainParameter& p = fit_.parameters[static_cast<std::size_t>(i)];
@@ -114,7 +108,7 @@ class FileJudge {
   double determined() const {
     FittedNull stated = fit_;
     for (Eigen::Index i = 0; i < count(); ++i) stated.prior_sd[i] = fit_.parameters[static_cast<std::size_t>(i)].sd;
-    const Eigen::VectorXd before = stated.prior_sd.cwiseAbs2(), after = covariance_of(stated).diagonal();
+    const Eigen::VectorXd before = stated.prior_sd.cwiseAbs2(), after = posterior_covariance(stated).diagonal();
     return static_cast<double>(count()) - coefficients(Eigen::VectorXd(after.cwiseQuotient(before))).sum();
   }
 
