@@ -50,7 +50,13 @@ std::vector<std::vector<std::size_t>> sets_of(const EffectScreen& screen, std::s
 
 EffectScreen screen_of(const Campaign& campaign, const Fitted& fitted, std::vector<Candidate> candidates,
                        const ScreenOptions& options) {
-  return {campaign, fitted.fit, fitted.hypothesis, std::move(candidates), 1.0, tolerances(fitted.fit), options};
+  return {campaign,
+          fitted.fit,
+          fitted.hypothesis,
+          std::move(candidates),
+          1.0,
+          widths_by_scale(fitted.fit.parameters, fitted.fit.effects),
+          options};
 }
 
 void sort(std::vector<Start>& starts) {

@@ -18,7 +18,7 @@ std::vector<Candidate> candidates_with(const Campaign& campaign, const std::stri
 std::vector<std::vector<std::size_t>> sets_of(const EffectScreen& screen, std::size_t begin, std::size_t end,
                                               bool is_of_one_recording);
 
-/// Candidates beside a fit, from its own coefficients, with what is tolerated of them.
+/// Candidates beside a fit, from its own coefficients, as uncertain as any common scale makes them.
 EffectScreen screen_of(const Campaign& campaign, const Fitted& fitted, std::vector<Candidate> candidates,
                        const ScreenOptions& options);
 

@@ -59,7 +59,7 @@ Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const C
   Fitted none;
   none.fit = null;
   if (options.none_is_possible) continue_fit(none);
-  choose_tolerance(campaign, none);
+  choose_scale(campaign, none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
   none.fold_evidence = fold_evidence(none.fit, blocks_, folds_);
@@ -84,8 +84,8 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
   std::vector<EffectScreen> screens;
   for (const double share : {1.0, 0.0})
     if (share == 1.0 || is_shifted(fit))
-      screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share, tolerances(fit),
-                           ScreenOptions{options_.jobs});
+      screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share,
+                           widths_by_scale(fit.parameters, fit.effects), ScreenOptions{options_.jobs});
 
   std::vector<ExpectedGain> result;
   std::map<std::string, std::vector<std::size_t>> best_of;  // by effect: its candidates
@@ -171,8 +171,8 @@ std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& 
   std::vector<Start> starts;
   for (const double share : {1.0, 0.0}) {
     if (candidates.empty() || (share == 0.0 && !is_shifted(fit))) break;
-    const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share, tolerances(fit),
-                              {options_.jobs});
+    const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share,
+                              widths_by_scale(fit.parameters, fit.effects), {options_.jobs});
     for (const auto& set : sets_of(screen, 0, candidates.size(), choice.recording.has_value()))
       starts.push_back(screen.start(set));
   }
@@ -204,14 +204,14 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
     if (auto fitted = fitted_from(starts[i]); fitted && (!best || fitted->log_evidence > best->log_evidence))
       best = std::move(fitted);
   }
-  if (best) choose_tolerance(campaign_, *best);
+  if (best) choose_scale(campaign_, *best);
   if (best && begins_and_ends(names) && !begins_and_ends(name_set(all_[from].hypothesis)))
     refine_tugs(campaign_, fit_options_, *best);
   // Where the effect is nothing it is as likely as without it.
   if (!best || best->log_evidence < all_[from].log_evidence - kPolicy.compare.worse_than_without)
     if (const std::optional<Start> nothing = at_neutral(all_[from], starts.front()))
       if (auto fitted = fitted_from(*nothing)) {
-        choose_tolerance(campaign_, *fitted);
+        choose_scale(campaign_, *fitted);
         if (!best || fitted->log_evidence > best->log_evidence) best = std::move(fitted);
       }
   if (!best) return std::nullopt;
@@ -277,7 +277,7 @@ std::optional<Fitted> Comparison::better_none(Fitted none, const Fitted& other) 
   } catch (const NumericalError&) {
     return std::nullopt;
   }
-  choose_tolerance(campaign_, none);
+  choose_scale(campaign_, none);
   if (none.log_evidence < before + kPolicy.compare.better_optimum) return std::nullopt;
   return none;
 }
@@ -343,16 +343,14 @@ bool Comparison::is_between_samples(const Fitted& fitted) const {
   return moved < not_known;
 }
 
-void Comparison::choose_tolerance(const Campaign& campaign, Fitted& fitted) const {
+void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
   FittedNull& fit = fitted.fit;
-  for (int i = 0; i < kPolicy.compare.most_tolerances; ++i) {
-    Eigen::VectorXd best = fit.prior_sd;
-    double most = -std::numeric_limits<double>::infinity();
-    for (const Eigen::VectorXd& sd : tolerances(fit))
-      if (const double evidence = marginal(fit.total, fit.theta, sd); evidence > most) most = evidence, best = sd;
-    if (best.isApprox(fit.prior_sd)) break;
+  for (int i = 0; i < kPolicy.compare.most_scales; ++i) {
+    const PriorWidths best = over_scales(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest;
+    if (best.sd.isApprox(fit.prior_sd)) break;
     FittedNull other = fit;
-    other.prior_sd = best;
+    other.prior_sd = best.sd;
+    other.scale = best.scale;
     try {
       other = fit_with(campaign, other, fitted.hypothesis, other.theta, fit_options_);
     } catch (const NumericalError&) {
@@ -362,8 +360,6 @@ void Comparison::choose_tolerance(const Campaign& campaign, Fitted& fitted) cons
     if ((!other.report.converged && fit.report.converged) || gap::log_evidence(other) < gap::log_evidence(fit)) break;
     fit = std::move(other);
   }
-  for (const double tolerance : kPolicy.compare.tolerances)
-    if (widths(fit, tolerance).isApprox(fit.prior_sd)) fitted.tolerance = tolerance;
   fitted.log_evidence = gap::log_evidence(fit);
 }
 

@@ -75,7 +75,7 @@ class Comparison {
   bool is_between_samples(const Fitted& fitted) const;
   bool is_worth_a_name(const Fitted& with, const Fitted& without) const;
   bool is_another_effect(const Fitted& fitted) const;
-  void choose_tolerance(const Campaign& campaign, Fitted& fitted) const;
+  void choose_scale(const Campaign& campaign, Fitted& fitted) const;
   bool continue_fit(Fitted& fitted);  // whether it gained
   struct Restart {
     double model_error = 1.0;  // by that of the fit

@@ -68,23 +68,6 @@ std::vector<double> fold_evidence(const FittedNull& fit, const Blocks& blocks,
   return result;
 }
 
-Eigen::VectorXd widths(const FittedNull& fit, double tolerance) {
-  Eigen::VectorXd result = fit.prior_sd;
-  const Eigen::Index coefficients = fit.theta.size() - 1 - fit.effects;
-  for (Eigen::Index i = 0; i < coefficients; ++i) {
-    const UncertainParameter& p = fit.parameters[static_cast<std::size_t>(i)];
-    result[i] = std::exp((1.0 - tolerance) * std::log(p.sd) + tolerance * std::log(p.tolerated_sd));
-  }
-  return result;
-}
-
-std::vector<Eigen::VectorXd> tolerances(const FittedNull& fit) {
-  std::vector<Eigen::VectorXd> result;
-  result.reserve(kPolicy.compare.tolerances.size());
-  for (const double tolerance : kPolicy.compare.tolerances) result.push_back(widths(fit, tolerance));
-  return result;
-}
-
 // How much correlation between blocks widens what is known of the effects' strength.
 double overdispersion_of(const FittedNull& fit, const Blocks& blocks) {
   const Eigen::Index effects = fit.effects, coefficients = fit.theta.size() - 1 - effects;

@@ -15,9 +15,6 @@ namespace leeway::gap {
 struct Fitted {
   Hypothesis hypothesis;
   FittedNull fit;
-  /// Of the coefficients, between what is stated (0) and what is tolerated (1): what makes the recordings likeliest.
-  /// Where all coefficients but one agree with what is stated, that one is no wrong coefficient.
-  double tolerance = 1.0;
   double log_evidence = 0.0;          ///< absolute [nats]
   std::vector<double> fold_evidence;  ///< ln p(what was left out | the rest), by fold
   double kappa = 1.0;                 ///< by which correlation between blocks widens variances
@@ -42,11 +39,6 @@ std::vector<EffectSpan> spans_of(const Hypothesis& hypothesis);
 /// ln p(what was left out | the rest) by fold, with the parameters integrated out.
 std::vector<double> fold_evidence(const FittedNull& fit, const Blocks& blocks,
                                   const std::vector<std::vector<std::size_t>>& folds);
-
-/// Prior widths with the coefficients' as wide as a tolerance says: 0 as stated, 1 as tolerated.
-Eigen::VectorXd widths(const FittedNull& fit, double tolerance);
-/// Prior widths of the coefficients between what is stated and what is tolerated: those that are compared.
-std::vector<Eigen::VectorXd> tolerances(const FittedNull& fit);
 
 /// How much correlation between blocks widens what is known of the effects' strength: a factor on variances.
 double overdispersion_of(const FittedNull& fit, const Blocks& blocks);

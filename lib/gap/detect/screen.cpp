@@ -80,12 +80,12 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
 }
 
 EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
-                           std::vector<Candidate> candidates, double share, std::vector<Eigen::VectorXd> prior_sd,
+                           std::vector<Candidate> candidates, double share, std::vector<PriorWidths> widths,
                            const ScreenOptions& options)
     : so_far_(so_far),
       candidates_(std::move(candidates)),
       theta_(from.theta),
-      prior_sd_(std::move(prior_sd)),
+      widths_(std::move(widths)),
       effects_(from.effects) {
   const Eigen::Index coefficients = theta_.size() - 1 - effects_;
   theta_.head(coefficients) *= share;
@@ -166,17 +166,17 @@ EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const
   const auto added = static_cast<Eigen::Index>(z.size());
   result.theta.resize(theta_.size() + added);
   result.theta << theta_.head(theta_.size() - 1), Eigen::Map<const Eigen::VectorXd>(z.data(), added), theta_.tail(1);
-  result.log_evidence = -std::numeric_limits<double>::infinity();
-  for (const Eigen::VectorXd& known : prior_sd_) {
+  std::vector<PriorWidths> with_added = widths_;
+  for (PriorWidths& widths : with_added) {
     Eigen::VectorXd sd(theta_.size() + added);
-    sd << known.head(theta_.size() - 1), Eigen::VectorXd::Ones(added), known.tail(1);
-    if (result.prior_sd.size() == 0) result.prior_sd = sd;
-    if (!result.evidence.b.allFinite() || !result.evidence.F.allFinite()) break;
-    if (const double evidence = marginal(result.evidence, result.theta, sd); evidence > result.log_evidence) {
-      result.log_evidence = evidence;
-      result.prior_sd = std::move(sd);
-    }
+    sd << widths.sd.head(theta_.size() - 1), Eigen::VectorXd::Ones(added), widths.sd.tail(1);
+    widths.sd = std::move(sd);
   }
+  const bool is_finite = result.evidence.b.allFinite() && result.evidence.F.allFinite();
+  const OverScales over = is_finite ? over_scales(result.evidence, result.theta, with_added)
+                                    : OverScales{-std::numeric_limits<double>::infinity(), with_added.front()};
+  result.log_evidence = over.log_evidence;
+  result.prior_sd = over.likeliest.sd;
   return result;
 }
 
@@ -212,7 +212,7 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   const std::vector<Candidate> candidates = candidates_of(effect, campaign.ship, std::move(choices));
   for (const double share : {1.0, 0.0}) {
     if (share == 0.0 && !is_shifted(from)) break;
-    const EffectScreen screen(campaign, from, so_far, candidates, share, {from.prior_sd}, {jobs});
+    const EffectScreen screen(campaign, from, so_far, candidates, share, {{from.prior_sd, from.scale, 0.0}}, {jobs});
     for (std::size_t i = 0; i < candidates.size(); ++i) starts.push_back(screen.start({i}));
   }
   std::stable_sort(starts.begin(), starts.end(),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gap/fit/coefficient_scale.hpp"
 #include "gap/fit/effect_columns.hpp"
 #include "gap/fit/null_fit.hpp"
 
@@ -39,9 +40,9 @@ class EffectScreen {
   ///   so_far  the hypothesis of `from`
   ///   share   of the fit's coefficients, from which the step begins: 1, or 0 for the ship's own, which an effect that
   ///           is missing may have shifted
-  ///   prior_sd  of the fit's theta: one or several, of which the one counts that explains the recordings best
+  ///   widths  of the fit's theta: one, or several over which is averaged
   EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
-               std::vector<Candidate> candidates, double share, std::vector<Eigen::VectorXd> prior_sd,
+               std::vector<Candidate> candidates, double share, std::vector<PriorWidths> widths,
                const ScreenOptions& options);
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
@@ -57,13 +58,13 @@ class EffectScreen {
     Eigen::VectorXd theta, prior_sd;
     double log_evidence = 0.0;
   };
-  Part part(const std::vector<std::size_t>& set) const;  // with the best prior widths
+  Part part(const std::vector<std::size_t>& set) const;  // with the likeliest widths
 
   Hypothesis so_far_;
   std::vector<Candidate> candidates_;
   std::vector<Eigen::Index> first_;  // column of each candidate; the last of its columns is what it does at its start
   Eigen::VectorXd theta_;
-  std::vector<Eigen::VectorXd> prior_sd_;
+  std::vector<PriorWidths> widths_;
   Eigen::Index effects_ = 0;  // known ones
   Evidence total_;
 };

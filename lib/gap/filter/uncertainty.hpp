@@ -13,9 +13,6 @@ namespace leeway::gap {
 struct UncertainParameter {
   std::string name;  ///< "hull.Y_v", "propeller.K_T", "wind.k_Y", ...
   double sd = 0.0;   ///< of theta
-  /// What is still called a wrong coefficient and not missing physics: twice log_sd, and at least 0.2 unless the ship's
-  /// JSON states how well the coefficient is known.
-  double tolerated_sd = 0.0;
   bool is_absolute = false;
   std::optional<double> value = std::nullopt;  ///< of the coefficient as the ship has it; nothing of a group
 };

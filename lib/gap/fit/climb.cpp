@@ -36,12 +36,6 @@ Climb::Climb(const Campaign& campaign, FittedNull& fit, const Hypothesis& hypoth
                                          : std::make_shared<const Stretch>(campaign.stretches[s]));
 }
 
-Eigen::VectorXd Climb::prior(double UncertainParameter::*sd) const {
-  Eigen::VectorXd result(fit_.theta.size());
-  for (Eigen::Index i = 0; i < result.size(); ++i) result[i] = fit_.parameters[static_cast<std::size_t>(i)].*sd;
-  return result;
-}
-
 LevelProblem Climb::levels() const {
   return {fit_.stretches,      fit_.theta,   fit_.prior_sd, ExtraColumns{0, nullptr}, fit_.noise, fit_.level_prior_mean,
           fit_.level_prior_sd, free_levels_, options_.jobs};

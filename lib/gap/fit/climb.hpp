@@ -24,7 +24,6 @@ class Climb {
   Climb(const Campaign& campaign, FittedNull& fit, const Hypothesis& hypothesis, const FitOptions& options,
         bool knows_sensors);
 
-  Eigen::VectorXd prior(double UncertainParameter::*sd) const;
   LevelProblem levels() const;
 
   /// Renews stretches and total at theta, from stretches near by.

@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "gap/filter/reference_units.hpp"
 #include "gap/fit/climb.hpp"
+#include "gap/fit/coefficient_scale.hpp"
 #include "gap/fit/events.hpp"
 #include "gap/policy/policy.hpp"
 
@@ -99,6 +100,7 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
           .tail<3>()
           .all();
   report.tau_s = fit.noise.tau_s;
+  report.coefficient_scale = fit.scale;
   if (campaign.has_wind) report.wind_share = fit.noise.wind_share;
   report.typical = typical_acceleration(fit.stretches);
   report.step_s = campaign.step_s;
@@ -125,18 +127,22 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
                          kPolicy.filter.timing_share * std::sqrt(covariance(p - 1, p - 1))};
 }
 
-// To what is tolerated by way of what is stated.
+void take(const PriorWidths& widths, FittedNull& fit) {
+  fit.prior_sd = widths.sd;
+  fit.scale = widths.scale;
+}
+
+// With the coefficients as uncertain as stated, then at the common scale that is likeliest.
 void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
-  fit.prior_sd = climb.prior(&UncertainParameter::sd);
+  take(widths_at(fit.parameters, fit.effects, 1.0), fit);
   const bool converged_as_stated = climb.until_converged(options.most_iterations, Judged::all);
   const NullFit as_stated = fit.report;
   const Eigen::VectorXd theta = fit.theta;
   const Noise noise = fit.noise;
   std::vector<std::vector<StateVector>> paths;
   for (const LinearStretch& stretch : fit.stretches) paths.push_back(stretch.path);
-  // From there to what is tolerated: twice as wide, where data that fit badly can lead anywhere. Then the parameters
-  // stay where the stated uncertainty holds them, and only the tests know what is tolerated.
-  fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
+  // Wider, data that fit badly can lead anywhere. Then the parameters stay where the stated uncertainty holds them.
+  take(over_scales(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest, fit);
   fit.report.converged = climb.until_converged(options.most_iterations / 2, Judged::nothing);
   if (!fit.report.converged) {
     const int iterations = fit.report.iterations;
@@ -177,7 +183,7 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
   const Hypothesis nothing;
   Climb climb(campaign, fit, nothing, options, true);
   if (near_by) {
-    fit.prior_sd = climb.prior(&UncertainParameter::tolerated_sd);
+    take(widths_at(fit.parameters, fit.effects, near_by->scale), fit);
     fit.report.converged = climb.until_converged(options.most_iterations / 2, Judged::all);
   }
   if (!fit.report.converged) fit_from_stated(climb, options, fit);
@@ -196,7 +202,7 @@ FittedNull fit_with(const Campaign& campaign, const FittedNull& from, const Hypo
   fit.parameters.erase(fit.parameters.begin() + coefficients, fit.parameters.end() - 1);
   for (const FreeEffect& effect : hypothesis.effects)
     for (Eigen::Index i = 0; i < effect.size(); ++i)
-      fit.parameters.insert(fit.parameters.end() - 1, {fmt::format("{}.z{}", effect.name(), i + 1), 1.0, 1.0});
+      fit.parameters.insert(fit.parameters.end() - 1, {fmt::format("{}.z{}", effect.name(), i + 1), 1.0});
   fit.report = NullFit();
   fit.report.outliers = from.report.outliers;
   Climb climb(campaign, fit, hypothesis, options, false);
@@ -231,7 +237,8 @@ FittedNull follow(const Campaign& campaign, const FittedNull& fit, const Hypothe
 
 double log_evidence(const FittedNull& fit) {
   const Levels off = (levels_of(fit.noise) - fit.level_prior_mean).cwiseQuotient(fit.level_prior_sd);
-  return marginal(fit.total, fit.theta, fit.prior_sd) - 0.5 * off.squaredNorm() + fit.log_prior_of_events;
+  return over_scales(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).log_evidence -
+         0.5 * off.squaredNorm() + fit.log_prior_of_events;
 }
 
 Eigen::MatrixXd posterior_covariance(const FittedNull& fit) {

@@ -18,7 +18,8 @@ struct FittedNull {
   std::vector<std::vector<Vec3<double>>> event_scale;  ///< of each stretch, as LinearStretch has it
   double log_prior_of_events = 0.0;                    ///< each block and axis as likely as one event in all is
   Evidence total;                                      ///< about theta, at the end
-  Eigen::VectorXd prior_sd;                            ///< of theta: UncertainParameter::tolerated_sd
+  Eigen::VectorXd prior_sd;                            ///< of theta, at the likeliest common scale of the coefficients
+  double scale = 1.0;  ///< that one: by which the coefficients are more uncertain than stated
   Levels level_prior_mean, level_prior_sd, level_unit = Levels::Ones();
   NullFit report;
 };
@@ -29,8 +30,8 @@ struct FitOptions {
   std::function<void(double done, const std::string& note)> progress = {};  ///< done in 0..1
 };
 
-/// Maximizes the marginal likelihood: the paths are integrated out by the filter, the parameters theta ~ N(0,
-/// tolerated_sd^2) by Laplace's method, around paths and parameters that are renewed until they converge; noise levels
+/// Maximizes the marginal likelihood: the paths are integrated out by the filter, the parameters theta ~ N(0, (c
+/// sd)^2) by Laplace's method, around paths and parameters that are renewed until they converge; noise levels
 /// by BFGS (Ceres). Measurements farther than 6 sd from what all others predict are left out and counted. Where the
 /// model error of a block of 10 s (at 3 m) has more than 16 times its mean square, something acts that comes and goes:
 /// there it may be as large as it is, so that a tug or a mooring line does not count as the simulator's everyday error.
@@ -52,7 +53,8 @@ FittedNull fit_with(const Campaign& campaign, const FittedNull& from, const Hypo
 /// Other recordings with the parameters and noise levels of a fit: nothing is fitted but their paths.
 FittedNull follow(const Campaign& campaign, const FittedNull& fit, const Hypothesis& hypothesis, std::size_t jobs);
 
-/// ln p(recordings | hypothesis), by Laplace's method at the best coefficients, effects and noise levels.
+/// ln p(recordings | hypothesis), by Laplace's method at the best coefficients, effects and noise levels, averaged over
+/// the common scale.
 double log_evidence(const FittedNull& fit);
 
 /// Covariance of theta, given the recordings.

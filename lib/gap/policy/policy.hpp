@@ -133,8 +133,7 @@ struct FilterPolicy {
   double initial_rate_froude = 0.2;  ///< [sqrt(g/L)] the same of the yaw rate | origin: choice, wide
   double first_wind_share = 0.12;  ///< [-] sd of the wind's error by its mean speed, from which a fit begins | origin: choice
   double timing_sd = 2.0;  ///< [tenths of the sampling time] sd of each step's own timing | origin: theory, a straight line between samples errs by up to a third of their distance
-  double tolerated = 2.0;  ///< [stated sd] width within which a coefficient may move before it stands for something else | origin: choice
-  double least_stated_log_sd = 0.1;  ///< [ln] at least, before it is tolerated | origin: choice
+  double actuator_timing_sd = 2.0;  ///< [tenths of the sampling time] sd of how much later than recorded all actuators moved, unless the ship file states it | origin: theory, a straight line between samples errs by up to a third of their distance
   double heading_difference_rad = 0.01;  ///< [rad] for derivatives of networks | origin: choice
   std::size_t fewest_points = 20;  ///< [points] of a stretch: about two correlation times of the model error | origin: choice
   std::size_t most_points = 1500;  ///< [points] then a new stretch begins, so that threads share long recordings | origin: choice, time
@@ -161,6 +160,9 @@ struct FilterPolicy {
 
 /// Null fit and fits with effects.
 struct FitPolicy {
+  double scale_log_sd = 0.5;  ///< [ln] prior sd of the common scale of the coefficients' widths | origin: choice, a file's widths are right within a factor of about two
+  std::size_t scales = 9;  ///< [values] of the common scale over which is averaged | origin: choice, rounding
+  double scale_reach_sd = 3.0;  ///< [prior sd] that they cover to each side | origin: choice, rounding
   double outlier_sd = 6.0;  ///< [sd] of what the other measurements predict | origin: choice
   double least_left = 0.01;  ///< [-] of a measurement's variance that the smoothed state does not share | origin: choice, rounding
   double least_robust_sd = 0.5;  ///< [-] sd by which outliers are judged, by the one with them | origin: choice
@@ -304,8 +306,7 @@ struct ComparePolicy {
   double converged_gain = 0.5;  ///< [nats] by which a fit may still gain | origin: choice
   double better_optimum = 2.0;  ///< [nats] by which another optimum of nothing missing must be better | origin: choice
   double temper = 3.0;  ///< [-] by which evidence between hypotheses is divided | origin: measured, calibration on concealed cases (docs/gap-explain-details.md)
-  std::array<double, 3> tolerances{0.0, 0.5, 1.0};  ///< [-] widths of the coefficients between what is stated (0) and tolerated (1), by logarithm | origin: choice
-  std::int64_t most_tolerances = 2;  ///< [fits] that change the width | origin: choice, time
+  std::int64_t most_scales = 2;  ///< [fits] that change the common scale of the coefficients' widths | origin: choice, time
   double unexcited = 0.01;  ///< [nats] of evidence: an effect that changes less is not excited | origin: choice
   std::int64_t refit_iterations = 20;  ///< [iterations] of a fit with effects | origin: choice, time
   double far_below = 0.2;  ///< [-] of the model error, from which a fit is begun anew | origin: choice

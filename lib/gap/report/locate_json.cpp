@@ -187,6 +187,7 @@ Json sigma_w(const NullFit& fit) {
     result[fmt::format("{}_share_of_typical", axis)] = number(fit.sigma_w(a) / fit.typical(a));
   }
   result["tau_s"] = number(fit.tau_s);
+  result["coefficient_scale"] = number(fit.coefficient_scale);
   return result;
 }
 
