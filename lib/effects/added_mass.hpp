@@ -16,6 +16,7 @@ struct AddedMass {
       .cause_of_less = "another loading",
       .cause_of_more = "shallow water or another loading",
       .or_coefficient = "a wrong added mass; captive tests would tell",
+      .coefficients = {"inertia.m_x", "inertia.m_y", "inertia.I_z"},
       .formula =
           "m_x k_mx, m_y k_my, J_z k_Jz; where a ship gives only I_zG + J_z, J_z is what remains of it after I_zG = m "
           "(0.25 L)^2, not below 0",

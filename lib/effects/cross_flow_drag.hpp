@@ -15,6 +15,7 @@ struct CrossFlowDrag {
       .cause_of_more = "bilge keels or another loading",
       .or_coefficient =
           "a wrong coefficient of the cross-flow drag; recordings of a loading in which the hull was tested would tell",
+      .coefficients = {"hull.C_D"},
       .formula = "C_D C_D_gain in Y = -(rho/2) d C_D Int |v + C_rY r x| (v + C_rY r x) dx, and in N",
       .source = "Yoshimura, Nakao & Ishibashi (2009), MARSIM",
       .look_alikes = "trim, center-of-gravity, shallow-water in turns",

@@ -112,6 +112,9 @@ constexpr bool is_screened(SearchStart start) {
 /// What an effect is to a simulator that has no forces to change (an ensemble), only its motion.
 enum class EnsembleForm { none, body_acceleration, earth_acceleration, water_velocity, wind_velocity };
 
+/// Names of coefficients, as in a ship's coefficient_factors; empty ones do not count.
+using CoefficientNames = std::array<std::string_view, 3>;
+
 /// A force of the standard model that an effect does nothing but multiply.
 enum class MultipliedForce { none, resistance, thrust, rudder };
 
@@ -128,6 +131,8 @@ struct EffectInfo {
   /// wrong.
   std::string_view cause_of_less = {}, cause_of_more = {}, or_coefficient = {};
   MultipliedForce multiplies = MultipliedForce::none;
+  /// Coefficients each of which does the same by itself; where only one of the two causes above is given, on that side.
+  CoefficientNames coefficients = {};
   std::string_view formula, source;
   std::string_view look_alikes;  ///< to a person, with conditions, sensor faults and other things
   /// Effects that recordings distinguish badly from this one. The relation is symmetric: that one of two names the

@@ -16,6 +16,7 @@ struct Fouling {
       .cause_of_more = "fouling",
       .or_coefficient = "a wrong coefficient of the resistance; recordings of the clean hull would tell",
       .multiplies = MultipliedForce::resistance,
+      .coefficients = {"hull.resistance"},
       .formula = "X_0 (1 + resistance_increase); w_P + 0.03 resistance_increase",
       .source = "size: Townsin and ITTC roughness allowance, Schultz (2007): up to 86 % more power when heavily fouled",
       .look_alikes = "thrust-loss, shallow-water, head wind",

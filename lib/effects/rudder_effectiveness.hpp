@@ -17,6 +17,7 @@ struct RudderEffectiveness {
       .or_coefficient =
           "a wrong coefficient of the normal force; recordings with the rudder known to be sound would tell",
       .multiplies = MultipliedForce::rudder,
+      .coefficients = {"rudder.gain", "rudder.gain_port", "rudder.gain_starboard"},
       .formula = "F_N k_R; of two rudders F_N,P k_R k_P and F_N,S k_R k_S",
       .source = "factor on the rudder's normal force",
       .look_alikes = "shallow-water, wake",

@@ -16,6 +16,7 @@ struct ThrustLoss {
       .cause_of_less = "a worn or fouled propeller",
       .or_coefficient = "a wrong K_T; a bollard pull, or recordings with a clean propeller would tell",
       .multiplies = MultipliedForce::thrust,
+      .coefficients = {"propeller.K_T"},
       .formula = "K_T k_T, ahead and astern",
       .source = "factor on the ship's open-water curves",
       .look_alikes = "fouling, wake",

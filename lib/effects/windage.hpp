@@ -15,6 +15,7 @@ struct Windage {
       .cause_of_less = "other areas above the water",
       .cause_of_more = "deck load or other areas above the water",
       .or_coefficient = "a wrong wind coefficient; recordings with another deck load would tell",
+      .coefficients = {"wind.k_X", "wind.k_Y", "wind.k_N"},
       .formula = "X_A kX, Y_A kY, N_A kN",
       .source = "gains on the ship's wind module (Fujiwara, Ueno & Nimura 1998)",
       .look_alikes = "anemometer (force goes with its square), draft, unmeasured-wind",

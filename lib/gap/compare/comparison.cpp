@@ -346,8 +346,9 @@ bool Comparison::is_between_samples(const Fitted& fitted) const {
 void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
   FittedNull& fit = fitted.fit;
   for (int i = 0; i < kPolicy.compare.most_scales; ++i) {
-    const PriorWidths best = over_scales(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest;
-    if (best.sd.isApprox(fit.prior_sd)) break;
+    const PriorWidths best =
+        file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest;
+    if ((best.sd.array() / fit.prior_sd.array()).log().abs().maxCoeff() < kPolicy.compare.same_width) break;
     FittedNull other = fit;
     other.prior_sd = best.sd;
     other.scale = best.scale;

@@ -129,8 +129,8 @@ void refine_tugs(const Campaign& campaign, const FitOptions& options, Fitted& fi
         }
     }
     if (candidates.empty()) return;
-    const EffectScreen screen(campaign, fitted.fit, fitted.hypothesis, candidates, 1.0,
-                              {{fitted.fit.prior_sd, fitted.fit.scale, 0.0}}, {options.jobs});
+    const EffectScreen screen(campaign, fitted.fit, fitted.hypothesis, candidates, 1.0, {{.sd = fitted.fit.prior_sd}},
+                              {options.jobs});
     std::map<std::pair<std::size_t, std::string>, std::pair<double, double>> best;  // gain and time
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       auto& [gain, time_s] = best[{pieces[c].tug, pieces[c].end}];

@@ -171,10 +171,16 @@ EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const
     Eigen::VectorXd sd(theta_.size() + added);
     sd << widths.sd.head(theta_.size() - 1), Eigen::VectorXd::Ones(added), widths.sd.tail(1);
     widths.sd = std::move(sd);
+    if (widths.slab.size() == 0) continue;
+    for (Eigen::VectorXd* of : {&widths.slab, &widths.side}) {
+      Eigen::VectorXd longer(theta_.size() + added);
+      longer << of->head(theta_.size() - 1), Eigen::VectorXd::Zero(added), of->tail(1);
+      *of = std::move(longer);
+    }
   }
   const bool is_finite = result.evidence.b.allFinite() && result.evidence.F.allFinite();
-  const OverScales over = is_finite ? over_scales(result.evidence, result.theta, with_added)
-                                    : OverScales{-std::numeric_limits<double>::infinity(), with_added.front()};
+  const FileEvidence over = is_finite ? file_evidence(result.evidence, result.theta, with_added)
+                                      : FileEvidence{-std::numeric_limits<double>::infinity(), with_added.front(), {}};
   result.log_evidence = over.log_evidence;
   result.prior_sd = over.likeliest.sd;
   return result;
@@ -212,7 +218,7 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   const std::vector<Candidate> candidates = candidates_of(effect, campaign.ship, std::move(choices));
   for (const double share : {1.0, 0.0}) {
     if (share == 0.0 && !is_shifted(from)) break;
-    const EffectScreen screen(campaign, from, so_far, candidates, share, {{from.prior_sd, from.scale, 0.0}}, {jobs});
+    const EffectScreen screen(campaign, from, so_far, candidates, share, {{.sd = from.prior_sd}}, {jobs});
     for (std::size_t i = 0; i < candidates.size(); ++i) starts.push_back(screen.start({i}));
   }
   std::stable_sort(starts.begin(), starts.end(),

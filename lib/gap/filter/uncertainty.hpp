@@ -15,6 +15,8 @@ struct UncertainParameter {
   double sd = 0.0;   ///< of theta
   bool is_absolute = false;
   std::optional<double> value = std::nullopt;  ///< of the coefficient as the ship has it; nothing of a group
+  /// Whether it may be off by far more than stated and be no effect of the catalogue, which has a name.
+  bool may_be_far_more = true, may_be_far_less = true;
 };
 
 /// What theta does to it.

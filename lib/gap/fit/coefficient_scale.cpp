@@ -3,15 +3,48 @@
 #include <cmath>
 #include <limits>
 
+#include "core/linear_algebra.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
+namespace {
+
+// Odds, prior times Bayes factor, of each coefficient being off by far more against none. Of a coefficient that is
+// known as N(m, v) with the narrow prior, the factor is the mean of the wide prior over the narrow one.
+Eigen::VectorXd odds_of_slabs(const Evidence& evidence, const Eigen::VectorXd& theta, const PriorWidths& widths) {
+  Eigen::VectorXd odds = Eigen::VectorXd::Zero(theta.size());
+  if (widths.slab.size() == 0) return odds;
+  const Eigen::VectorXd precision = widths.sd.array().square().inverse();
+  Eigen::MatrixXd M = evidence.F;
+  M.diagonal() += precision;
+  const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
+  const Eigen::VectorXd mean = theta + covariance * (evidence.b - precision.cwiseProduct(theta));
+  const auto n = static_cast<double>((widths.slab.array() > 0.0).count());
+  for (Eigen::Index i = 0; i < odds.size(); ++i) {
+    const double narrow = widths.sd[i], wide = widths.slab[i], v = covariance(i, i);
+    if (!(wide > narrow)) continue;
+    const double wider = 1.0 / (1.0 / v + 1.0 / (wide * wide) - 1.0 / (narrow * narrow));
+    const double side = widths.side[i] * mean[i] / v * std::sqrt(wider);  // where the wide posterior lies, in its sd
+    const double share = widths.side[i] == 0.0 ? 1.0 : std::erfc(-side / std::sqrt(2.0));
+    const double exponent = 0.5 * mean[i] * mean[i] / v * (wider / v - 1.0);
+    odds[i] = share * kPolicy.fit.slab_odds / n * narrow / wide * std::sqrt(wider / v) *
+              std::exp(std::min(exponent, kPolicy.fit.most_slab_nats));
+  }
+  return odds;
+}
+
+}  // namespace
 
 PriorWidths widths_at(const std::vector<UncertainParameter>& parameters, Eigen::Index effects, double scale) {
-  PriorWidths result{Eigen::VectorXd(static_cast<Eigen::Index>(parameters.size())), scale, 0.0};
-  const Eigen::Index coefficients = result.sd.size() - 1 - effects;
-  for (Eigen::Index i = 0; i < result.sd.size(); ++i)
-    result.sd[i] = parameters[static_cast<std::size_t>(i)].sd * (i < coefficients ? scale : 1.0);
+  const auto n = static_cast<Eigen::Index>(parameters.size()), coefficients = n - 1 - effects;
+  PriorWidths result{Eigen::VectorXd(n), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n), scale, 0.0};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const UncertainParameter& p = parameters[static_cast<std::size_t>(i)];
+    result.sd[i] = p.sd * (i < coefficients ? scale : 1.0);
+    if (i >= coefficients || p.is_absolute || (!p.may_be_far_more && !p.may_be_far_less)) continue;
+    result.slab[i] = kPolicy.fit.slab_log_sd;
+    result.side[i] = (p.may_be_far_more ? 1.0 : 0.0) - (p.may_be_far_less ? 1.0 : 0.0);
+  }
   return result;
 }
 
@@ -30,20 +63,36 @@ std::vector<PriorWidths> widths_by_scale(const std::vector<UncertainParameter>& 
   return result;
 }
 
-OverScales over_scales(const Evidence& evidence, const Eigen::VectorXd& theta, const std::vector<PriorWidths>& widths) {
-  OverScales result{-std::numeric_limits<double>::infinity(), widths.front()};
+FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& theta,
+                           const std::vector<PriorWidths>& widths) {
+  FileEvidence result{-std::numeric_limits<double>::infinity(), widths.front(), Eigen::VectorXd::Zero(theta.size())};
   double most = -std::numeric_limits<double>::infinity(), sum = 0.0;
+  Eigen::VectorXd off_now;
   for (const PriorWidths& one : widths) {
-    const double here = one.log_weight + marginal(evidence, theta, one.sd);
+    const Eigen::VectorXd odds = odds_of_slabs(evidence, theta, one);
+    const double any = 1.0 + odds.sum();
+    const double here =
+        one.log_weight + marginal(evidence, theta, one.sd) + std::log(any / (1.0 + kPolicy.fit.slab_odds));
     if (!std::isfinite(here)) continue;
     if (here > most) {
-      sum *= std::exp(most - here);
+      const double less = std::exp(most - here);
+      sum *= less;
+      result.off *= less;
       most = here;
       result.likeliest = one;
+      off_now = odds / any;
     }
     sum += std::exp(here - most);
+    result.off += std::exp(here - most) * odds / any;
   }
-  if (sum > 0.0) result.log_evidence = most + std::log(sum);
+  if (!(sum > 0.0)) return result;
+  result.log_evidence = most + std::log(sum);
+  result.off /= sum;
+  for (Eigen::Index i = 0; i < off_now.size(); ++i)
+    if (off_now[i] > 0.0) {
+      const double narrow = result.likeliest.sd[i], wide = result.likeliest.slab[i];
+      result.likeliest.sd[i] = 1.0 / std::sqrt((1.0 - off_now[i]) / (narrow * narrow) + off_now[i] / (wide * wide));
+    }
   return result;
 }
 

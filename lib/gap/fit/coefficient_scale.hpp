@@ -5,14 +5,17 @@
 #include "gap/filter/uncertainty.hpp"
 #include "gap/fit/levels.hpp"
 
-/// How wrong a ship's file is about its coefficients: each is as uncertain as the file states, times one scale c that
-/// is common to all, ln c ~ N(0, 0.5^2). All coefficients together tell c, so that a file that is worse than it states
-/// is no missing physics, and one coefficient far off alone is no worse file.
+/// How wrong a ship's file is about its coefficients. Each is as uncertain as the file states, times one scale c that
+/// is common to all, ln c ~ N(0, 0.5^2): all coefficients together tell c, so that a file that is worse than it states
+/// is no missing physics. Besides, with little probability, one of them is off by far more, which none of the others
+/// is: spike and slab, and the slab is the only heavy tail.
 namespace leeway::gap {
 
 /// Standard deviations of theta at one value of the common scale.
 struct PriorWidths {
   Eigen::VectorXd sd;
+  Eigen::VectorXd slab = {};  ///< the same of what is off by far more; 0: cannot be; empty: nothing can
+  Eigen::VectorXd side = {};  ///< to which it may be: 1 more, -1 less, 0 both
   double scale = 1.0;
   double log_weight = 0.0;  ///< ln of the probability that the scale is this one
 };
@@ -24,11 +27,13 @@ PriorWidths widths_at(const std::vector<UncertainParameter>& parameters, Eigen::
 /// On nine values of the scale, from a fifth to four and a half times what is stated; weights sum to 1.
 std::vector<PriorWidths> widths_by_scale(const std::vector<UncertainParameter>& parameters, Eigen::Index effects);
 
-/// marginal() averaged over the scale, and the widths that make the evidence likeliest.
-struct OverScales {
+/// What the evidence says of a file: marginal() averaged over the scale and over what may be off by far more.
+struct FileEvidence {
   double log_evidence = 0.0;
-  PriorWidths likeliest;
+  PriorWidths likeliest;  ///< at the likeliest scale; of what is off by far more, the precisions by their probabilities
+  Eigen::VectorXd off;    ///< of theta: the probability that it is off by far more than stated
 };
-OverScales over_scales(const Evidence& evidence, const Eigen::VectorXd& theta, const std::vector<PriorWidths>& widths);
+FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& theta,
+                           const std::vector<PriorWidths>& widths);
 
 }  // namespace leeway::gap

@@ -142,7 +142,7 @@ void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
   std::vector<std::vector<StateVector>> paths;
   for (const LinearStretch& stretch : fit.stretches) paths.push_back(stretch.path);
   // Wider, data that fit badly can lead anywhere. Then the parameters stay where the stated uncertainty holds them.
-  take(over_scales(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest, fit);
+  take(file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest, fit);
   fit.report.converged = climb.until_converged(options.most_iterations / 2, Judged::nothing);
   if (!fit.report.converged) {
     const int iterations = fit.report.iterations;
@@ -183,7 +183,8 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
   const Hypothesis nothing;
   Climb climb(campaign, fit, nothing, options, true);
   if (near_by) {
-    take(widths_at(fit.parameters, fit.effects, near_by->scale), fit);
+    fit.prior_sd = near_by->prior_sd;
+    fit.scale = near_by->scale;
     fit.report.converged = climb.until_converged(options.most_iterations / 2, Judged::all);
   }
   if (!fit.report.converged) fit_from_stated(climb, options, fit);
@@ -237,7 +238,7 @@ FittedNull follow(const Campaign& campaign, const FittedNull& fit, const Hypothe
 
 double log_evidence(const FittedNull& fit) {
   const Levels off = (levels_of(fit.noise) - fit.level_prior_mean).cwiseQuotient(fit.level_prior_sd);
-  return over_scales(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).log_evidence -
+  return file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).log_evidence -
          0.5 * off.squaredNorm() + fit.log_prior_of_events;
 }
 

@@ -54,7 +54,7 @@ FittedNull fit_with(const Campaign& campaign, const FittedNull& from, const Hypo
 FittedNull follow(const Campaign& campaign, const FittedNull& fit, const Hypothesis& hypothesis, std::size_t jobs);
 
 /// ln p(recordings | hypothesis), by Laplace's method at the best coefficients, effects and noise levels, averaged over
-/// the common scale.
+/// how wrong the ship's file is.
 double log_evidence(const FittedNull& fit);
 
 /// Covariance of theta, given the recordings.

@@ -162,6 +162,9 @@ struct FilterPolicy {
 struct FitPolicy {
   double scale_log_sd = 0.5;  ///< [ln] prior sd of the common scale of the coefficients' widths | origin: choice, a file's widths are right within a factor of about two
   std::size_t scales = 9;  ///< [values] of the common scale over which is averaged | origin: choice, rounding
+  double slab_log_sd = 0.6;  ///< [ln] prior sd of a coefficient that is off by far more than stated | origin: choice, half to twice; that of effects that are factors
+  double slab_odds = 0.06;  ///< [-] prior odds that one coefficient, no matter which, is off so far, against none | origin: choice, those of one effect of the catalogue
+  double most_slab_nats = 500.0;  ///< [nats] beyond which they are not told apart | origin: choice, rounding
   double scale_reach_sd = 3.0;  ///< [prior sd] that they cover to each side | origin: choice, rounding
   double outlier_sd = 6.0;  ///< [sd] of what the other measurements predict | origin: choice
   double least_left = 0.01;  ///< [-] of a measurement's variance that the smoothed state does not share | origin: choice, rounding
@@ -306,6 +309,7 @@ struct ComparePolicy {
   double converged_gain = 0.5;  ///< [nats] by which a fit may still gain | origin: choice
   double better_optimum = 2.0;  ///< [nats] by which another optimum of nothing missing must be better | origin: choice
   double temper = 3.0;  ///< [-] by which evidence between hypotheses is divided | origin: measured, calibration on concealed cases (docs/gap-explain-details.md)
+  double same_width = 0.1;  ///< [ln] of a coefficient's width: less is not fitted anew | origin: choice, time
   std::int64_t most_scales = 2;  ///< [fits] that change the common scale of the coefficients' widths | origin: choice, time
   double unexcited = 0.01;  ///< [nats] of evidence: an effect that changes less is not excited | origin: choice
   std::int64_t refit_iterations = 20;  ///< [iterations] of a fit with effects | origin: choice, time

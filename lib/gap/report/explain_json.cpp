@@ -99,12 +99,14 @@ Json to_json(const ShipFile& file) {
           {"findings", findings}};
 }
 
-// How probable it is that each effect or fault acts: over all hypotheses that have it.
-Json inclusion_of(const std::vector<Explained>& hypotheses) {
+// How probable it is that each effect or fault acts, and that a coefficient is off: over all hypotheses that have it.
+Json inclusion_of(const Explanation& explanation) {
   std::map<std::string, double> inclusion;
-  for (const Explained& hypothesis : hypotheses)
+  for (const Explained& hypothesis : explanation.hypotheses)
     for (const std::string& name : std::set<std::string>(hypothesis.effects.begin(), hypothesis.effects.end()))
       inclusion[name] += hypothesis.probability;
+  for (const auto& [name, probability] : explanation.coefficients_off)
+    if (probability > kPolicy.show.possible) inclusion["coefficient:" + name] = probability;
   Json result = Json::object();
   for (const auto& [name, probability] : inclusion) result[name] = number(std::min(probability, 1.0));
   return result;
@@ -150,7 +152,7 @@ Json to_json(const Explanation& explanation) {
       {"ship_file", to_json(explanation.ship_file)},
       {"modules", modules},
       {"hypotheses", hypotheses},
-      {"inclusion", inclusion_of(explanation.hypotheses)},
+      {"inclusion", inclusion_of(explanation)},
       {"sets", sets},
       {"chosen", explanation.chosen},
       {"is_complete", explanation.is_complete},

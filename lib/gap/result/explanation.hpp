@@ -100,7 +100,9 @@ struct Explanation {
   Findings findings;
   Verdict verdict = Verdict::undecided;
   double p_value = 1.0;
-  std::vector<Explained> hypotheses;                   ///< most probable first; "none" is one of them
+  std::vector<Explained> hypotheses;  ///< most probable first; "none" is one of them
+  /// Coefficients that may be off by far more than the ship file states, as no effect's name fits, and how probably.
+  std::map<std::string, double> coefficients_off;
   std::vector<std::string> chosen;                     ///< names; "unknown" where the catalogue does not hold it
   bool is_complete = true;                             ///< whether nothing significant is left beside what was chosen
   double left_p_value = 1.0;                           ///< of what is left then

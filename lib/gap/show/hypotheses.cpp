@@ -11,6 +11,7 @@
 #include "gap/compare/selection.hpp"
 #include "gap/compare/terms.hpp"
 #include "gap/decide/found.hpp"
+#include "gap/fit/coefficient_scale.hpp"
 #include "gap/result/phrases.hpp"
 #include "gap/show/next_maneuver.hpp"
 
@@ -228,6 +229,14 @@ void mark_chosen(Explanation& explanation) {
   if (what != nullptr) what->is_chosen = true;
 }
 
+// Coefficients that are off in one hypothesis, with its probability.
+void add_coefficients_off(Explanation& explanation, const FittedNull& fit, double probability) {
+  const Eigen::VectorXd off = file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).off;
+  for (Eigen::Index i = 0; i < off.size(); ++i)
+    if (off[i] > 0.0)
+      explanation.coefficients_off[fit.parameters[static_cast<std::size_t>(i)].name] += probability * off[i];
+}
+
 }  // namespace
 
 void report_hypotheses(Explanation& explanation, const Comparison& comparison, const Campaign& campaign,
@@ -236,6 +245,7 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, c
   for (const Fitted& fitted : all) explanation.hypotheses.push_back(explained(fitted, all.front(), campaign));
   const std::vector<double> probabilities = comparison.probabilities();
   for (std::size_t i = 0; i < all.size(); ++i) explanation.hypotheses[i].probability = probabilities[i];
+  for (std::size_t i = 0; i < all.size(); ++i) add_coefficients_off(explanation, all[i].fit, probabilities[i]);
   limit_unknown(explanation);
   note_unconverged_none(explanation, all);
 

@@ -1,0 +1,72 @@
+#include "gap/fit/coefficient_scale.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include "gap/policy/policy.hpp"
+
+using namespace leeway;
+
+namespace {
+
+std::vector<gap::UncertainParameter> parameters(std::size_t coefficients, double sd) {
+  std::vector<gap::UncertainParameter> result;
+  for (std::size_t i = 0; i < coefficients; ++i) result.push_back({"hull." + std::to_string(i), sd});
+  result.push_back(gap::timing_parameter());
+  return result;
+}
+
+// What recordings say that know each coefficient to `sd`, and have it at `off`.
+gap::Evidence known(const Eigen::VectorXd& off, double sd) {
+  gap::Evidence evidence(off.size());
+  evidence.F.diagonal().setConstant(1.0 / (sd * sd));
+  evidence.b = off / (sd * sd);
+  return evidence;
+}
+
+}  // namespace
+
+TEST_CASE("common scale: the evidence is that of all scales and of all that may be off by far more", "[gap]") {
+  const std::vector<gap::UncertainParameter> all = parameters(3, 0.1);
+  gap::Evidence evidence(4);
+  Eigen::MatrixXd root(4, 4);
+  root << 9.0, 2.0, -1.0, 0.5, 0.0, 12.0, 3.0, 1.0, 0.0, 0.0, 4.0, -2.0, 0.0, 0.0, 0.0, 1.0;
+  evidence.F = root * root.transpose();
+  evidence.b << 20.0, -35.0, 6.0, 0.3;
+  evidence.log_likelihood = -12.0;
+  const Eigen::VectorXd theta = (Eigen::VectorXd(4) << 0.05, -0.02, 0.0, 0.1).finished();
+  const std::vector<gap::PriorWidths> widths = gap::widths_by_scale(all, 0);
+  double sum = 0.0;
+  for (const gap::PriorWidths& one : widths) {
+    double here = std::exp(gap::marginal(evidence, theta, one.sd));
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      Eigen::VectorXd wide = one.sd;
+      wide[i] = gap::kPolicy.fit.slab_log_sd;
+      if (wide[i] > one.sd[i])
+        here += gap::kPolicy.fit.slab_odds / 3.0 * std::exp(gap::marginal(evidence, theta, wide));
+    }
+    sum += std::exp(one.log_weight) * here / (1.0 + gap::kPolicy.fit.slab_odds);
+  }
+  CHECK(gap::file_evidence(evidence, theta, widths).log_evidence == Approx(std::log(sum)).epsilon(1e-9));
+}
+
+TEST_CASE("common scale: a file that is wrong throughout is a worse file, one coefficient alone is off", "[gap]") {
+  constexpr Eigen::Index kCoefficients = 20;
+  const std::vector<gap::UncertainParameter> all = parameters(kCoefficients, 0.1);
+  const std::vector<gap::PriorWidths> widths = gap::widths_by_scale(all, 0);
+  const Eigen::VectorXd there = Eigen::VectorXd::Zero(kCoefficients + 1);
+  Eigen::VectorXd off = there;
+  for (Eigen::Index i = 0; i < kCoefficients; ++i) off[i] = i % 2 == 0 ? 0.25 : -0.25;  // 2.5 sd, all of them
+  const gap::FileEvidence worse = gap::file_evidence(known(off, 0.01), there, widths);
+  CHECK(worse.likeliest.scale > 1.9);
+  CHECK(worse.off.maxCoeff() < 0.1);
+  off *= 0.2;  // as stated
+  off[3] = 0.8;
+  const gap::FileEvidence one = gap::file_evidence(known(off, 0.01), there, widths);
+  CHECK(one.likeliest.scale < 1.2);
+  CHECK(one.off[3] > 0.99);
+  CHECK(one.likeliest.sd[3] > 0.5);
+  CHECK(one.off.sum() - one.off[3] < 0.1);
+}
