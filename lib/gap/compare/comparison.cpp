@@ -16,6 +16,7 @@
 #include "gap/compare/terms.hpp"
 #include "gap/decide/decide.hpp"
 #include "gap/detect/effect_library.hpp"
+#include "gap/fit/coefficient_scale.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
@@ -59,7 +60,10 @@ Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const C
   Fitted none;
   none.fit = null;
   if (options.none_is_possible) continue_fit(none);
-  choose_tolerance(campaign, none);
+  if (options.calibrates)
+    choose_scale(campaign, none);
+  else
+    choose_tolerance(campaign, none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
   none.fold_evidence = fold_evidence(none.fit, blocks_, folds_);
@@ -341,6 +345,24 @@ bool Comparison::is_between_samples(const Fitted& fitted) const {
     not_known += points * std::max(angle_change(stretch, as_is, later), kKnownAngle * kKnownAngle);
   }
   return moved < not_known;
+}
+
+// The likeliest scale of all widths; the noise levels and the coefficients follow it.
+void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
+  FittedNull& fit = fitted.fit;
+  for (int i = 0; i < kPolicy.compare.most_scales; ++i) {
+    const PriorWidths best = over_scales(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest;
+    if (best.scale == fit.scale) break;
+    fit.prior_sd = best.sd;
+    fit.scale = best.scale;
+    try {
+      fit = fit_with(campaign, fit, fitted.hypothesis, fit.theta, fit_options_);
+    } catch (const NumericalError&) {
+      fit.report.converged = false;
+      break;
+    }
+  }
+  fitted.log_evidence = gap::log_evidence(fit);
 }
 
 void Comparison::choose_tolerance(const Campaign& campaign, Fitted& fitted) const {

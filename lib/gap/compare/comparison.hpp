@@ -15,6 +15,7 @@ struct ComparisonOptions {
   double false_alarm = kPolicy.detect.false_alarm;
   std::size_t jobs = 1;
   bool none_is_possible = true;  ///< that nothing is missing: then its fit has to be as good as the others'
+  bool calibrates = false;       ///< coefficients as uncertain as stated times one scale, none of them more by itself
 };
 
 /// Hypotheses about one campaign, all fitted to the same data. The first is that nothing is missing.
@@ -75,6 +76,7 @@ class Comparison {
   bool is_between_samples(const Fitted& fitted) const;
   bool is_worth_a_name(const Fitted& with, const Fitted& without) const;
   bool is_another_effect(const Fitted& fitted) const;
+  void choose_scale(const Campaign& campaign, Fitted& fitted) const;
   void choose_tolerance(const Campaign& campaign, Fitted& fitted) const;
   bool continue_fit(Fitted& fitted);  // whether it gained
   struct Restart {

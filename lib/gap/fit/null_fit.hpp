@@ -19,6 +19,7 @@ struct FittedNull {
   double log_prior_of_events = 0.0;                    ///< each block and axis as likely as one event in all is
   Evidence total;                                      ///< about theta, at the end
   Eigen::VectorXd prior_sd;                            ///< of theta: UncertainParameter::tolerated_sd
+  double scale = kMissing;  ///< of a calibration: by which the coefficients are more uncertain than stated
   Levels level_prior_mean, level_prior_sd, level_unit = Levels::Ones();
   NullFit report;
 };

@@ -161,6 +161,9 @@ struct FilterPolicy {
 
 /// Null fit and fits with effects.
 struct FitPolicy {
+  double scale_log_sd = 0.5;  ///< [ln] prior sd of the common scale of the coefficients' widths | origin: choice, a file's widths are right within a factor of about two
+  std::size_t scales = 9;  ///< [values] of the common scale that are compared | origin: choice, rounding
+  double scale_reach_sd = 3.0;  ///< [prior sd] that they cover to each side | origin: choice, rounding
   double outlier_sd = 6.0;  ///< [sd] of what the other measurements predict | origin: choice
   double least_left = 0.01;  ///< [-] of a measurement's variance that the smoothed state does not share | origin: choice, rounding
   double least_robust_sd = 0.5;  ///< [-] sd by which outliers are judged, by the one with them | origin: choice
@@ -305,6 +308,7 @@ struct ComparePolicy {
   double better_optimum = 2.0;  ///< [nats] by which another optimum of nothing missing must be better | origin: choice
   double temper = 3.0;  ///< [-] by which evidence between hypotheses is divided | origin: measured, calibration on concealed cases (docs/gap-explain-details.md)
   std::array<double, 3> tolerances{0.0, 0.5, 1.0};  ///< [-] widths of the coefficients between what is stated (0) and tolerated (1), by logarithm | origin: choice
+  std::int64_t most_scales = 3;  ///< [fits] that change the common scale of the coefficients' widths, in a calibration | origin: choice, time
   std::int64_t most_tolerances = 2;  ///< [fits] that change the width | origin: choice, time
   double unexcited = 0.01;  ///< [nats] of evidence: an effect that changes less is not excited | origin: choice
   std::int64_t refit_iterations = 20;  ///< [iterations] of a fit with effects | origin: choice, time
@@ -401,6 +405,7 @@ struct ShowPolicy {
   double difference_sd = 1e-2;  ///< [posterior sd] of a coefficient, for the slope of a module's force | origin: choice, rounding
   double equal_factors = 0.01;  ///< [-] of their logarithms: below it two numbers of a module changed alike | origin: choice
   std::size_t most_changes = 3;  ///< [quantities] of one module that are told | origin: choice
+  double least_direction_sd = 2e-3;  ///< [ln] of coefficients in any direction, of a calibration: what time steps and inputs between samples leave | origin: measured, two calibrations by four and two zigzags, whose truth lay 0.2 and 0.3 % off where 0.02 and 0.03 % were left
   double same_log_factor = 1e-3;  ///< [ln] of the factor on a coefficient: nearer to 1 is not written down | origin: choice
   double as_much_rudder = 0.9;  ///< [-] of the rudder of a turning circle: as much was recorded | origin: choice
   std::size_t turning_draws = 64;  ///< [draws] of the posterior that turn with more rudder than was recorded | origin: choice, time
