@@ -37,9 +37,10 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--holdout", o.heldout,
                  "recordings that judge the result and that nothing is fitted to (default: recordings, or blocks of a "
                  "few, are left out in turn)");
-  app.add_flag("--calibrate", o.calibrates,
-               "fit the ship's coefficients alone and name no effect: ship.json has the likeliest within what the ship "
-               "file states, and as coefficient_covariance what the recordings leave open of them");
+  app.add_flag(
+      "--calibrate", o.calibrates,
+      "fit the ship's coefficients alone and name no effect: ship.json has the likeliest, given what the ship file "
+      "states of them, and as coefficient_covariance what the recordings leave open");
   app.add_flag("--fail-on-mismatch", o.fail_on_mismatch, "exit code 1 where something is missing");
   app.add_option("-o,--output", o.output, "folder for report.json, report.html and ship.json")->required();
   app.footer(

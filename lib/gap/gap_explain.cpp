@@ -66,6 +66,26 @@ Selection no_selection(const Findings& findings) {
   return selection;
 }
 
+// What a posterior is worth, and no hypotheses, of which none was asked for.
+void finish_calibration(Explanation& explanation, const FittedNull& fit) {
+  explanation.coefficient_scale = fit.scale;
+  explanation.is_complete = explanation.verdict != Verdict::mismatch;
+  explanation.hypotheses.clear();
+  explanation.p_right = kMissing;
+  if (!fit.report.converged)
+    explanation.notices.emplace_back(
+        "the fit has not converged: neither the coefficients nor coefficient_covariance can be trusted");
+  if (explanation.verdict == Verdict::mismatch && explanation.chosen.empty())
+    explanation.notices.emplace_back(
+        "the coefficients stand in for something else that is missing: what coefficient_covariance leaves open holds "
+        "only if nothing is");
+  if (fit.scale > 1.0)
+    explanation.notices.push_back(fmt::format(
+        "the coefficients are likeliest {:.2g} times as uncertain as the ship file states: all its standard "
+        "deviations are taken so much wider",
+        fit.scale));
+}
+
 // The verdict, and what is claimed.
 void decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
                         const Selection& selection, double false_alarm, double L_pp) {
@@ -123,6 +143,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   show_before_after(answered, heldout, explanation);
   progress(0.96, "modules of the ship file, one by one");
   explanation.ship_file = judge_ship_file(answered, explanation);
+  if (options.calibrates) finish_calibration(explanation, answer.fit);
   explanation.beyond_recorded = turning_beyond_recorded(answered, explanation);
   explanation.n_rps = revolutions_of(ship, explanation);
 

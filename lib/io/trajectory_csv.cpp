@@ -133,10 +133,10 @@ class RecordingReader {
     const auto comes = [&](Channel channel) {
       return has(channel) || std::ranges::any_of(unnamed, [&](const auto& c) { return c.second.channel == channel; });
     };
-    for (const auto& [speed, direction] : kWinds)
-      if (comes(speed) != comes(direction))
+    for (const auto& wind : kWinds)
+      if (comes(wind.first) != comes(wind.second))
         std::erase_if(unnamed,
-                      [&](const auto& c) { return c.second.channel == speed || c.second.channel == direction; });
+                      [&](const auto& c) { return c.second.channel == wind.first || c.second.channel == wind.second; });
     for (const auto& [field, column] : unnamed) take(column.channel, field, column.unit, column.unit.factor, 0.0);
     for (std::size_t i = 0; i < header.size(); ++i)
       for (std::size_t d = 0; d < flags_.size(); ++d) {

@@ -337,6 +337,7 @@ Evaluation evaluate(const PredictionSource& source, const std::map<std::string, 
                          fmt::format("predicts recording '{}', and so does {}", recording.name, other->second->file));
     }
   std::vector<const PredictedRecording*> predictions;
+  predictions.reserve(sorted.size());
   for (const auto& [key, recording] : sorted) predictions.push_back(recording);
 
   HonestDistances honest;

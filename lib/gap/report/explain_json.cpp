@@ -186,18 +186,35 @@ std::string current_file(const std::string& recording) { return "current-" + rec
 
 std::string ship_file(const std::string& recording) { return "ship-" + recording + ".json"; }
 
+namespace {
+
+std::vector<std::string> recordings_of(const Explanation& explanation) {
+  std::vector<std::string> names;
+  for (const Residual& recording : explanation.findings.residuals)
+    if (std::ranges::find(names, recording.recording) == names.end()) names.push_back(recording.recording);
+  return names;
+}
+
+}  // namespace
+
 Json ship_with(Json of, const Explanation& explanation, const std::string& recording) {
   const std::vector<EffectEntry>& effects =
       recording.empty() ? explanation.effects : explanation.effects_in.at(recording);
   const bool is_changed = explanation.is_calibration || explanation.residual_network ||
                           !explanation.coefficient_factors.empty() || !effects.empty();
-  if (is_changed && of.contains("name") && of["name"].is_string())  // it is another ship: results carry its name
-    of["name"] = of["name"].get<std::string>() + (recording.empty() ? ", fitted" : ", fitted to " + recording);
+  if (is_changed && of.contains("name") && of["name"].is_string()) {  // it is another ship: results carry its name
+    if (const std::string name = of["name"], more = recording.empty() ? ", fitted" : ", fitted to " + recording;
+        !name.ends_with(more))
+      of["name"] = name + more;
+  }
   if (explanation.residual_network) of["residual_network"] = to_json(*explanation.residual_network);
   of = multiplied(std::move(of), explanation.coefficient_factors,
                   "estimated by gap-explain from recordings; standard deviations in its report.json");
   if (explanation.coefficient_covariance)
-    of["coefficient_covariance"] = to_json(*explanation.coefficient_covariance, "what the recordings leave open");
+    of["coefficient_covariance"] =
+        to_json(*explanation.coefficient_covariance,
+                fmt::format("what these recordings leave open of what the ship file stated, times {:.2g}: {}",
+                            explanation.coefficient_scale, fmt::join(recordings_of(explanation), ", ")));
   if (effects.empty()) return of;
   if (!of.contains("effects")) of["effects"] = Json::array();
   for (const EffectEntry& entry : effects) {

@@ -150,14 +150,18 @@ namespace {
 // Of coefficients alone that were asked for.
 std::string headline_of_calibration(const Explanation& explanation) {
   const std::string fall = fall_of_errors(explanation.heldout);
-  std::string text = "The coefficients were fitted: what was left out is ";
-  text +=
-      fall.empty() ? "not followed better with them" : "followed better with them, errors of free runs fall " + fall;
+  const char* what = explanation.heldout_is_given ? "held out" : "left out in turn";
+  std::string text = fmt::format("The coefficients were fitted: what was {} is ", what);
+  if (!explanation.calibration_helps)
+    text += "not followed better with them, beyond chance";
+  else
+    text += fall.empty() ? "followed better with them" : "followed better with them: errors of free runs fall " + fall;
   const std::vector<std::string> clauses = clauses_of(explanation);
   if (!clauses.empty()) return fmt::format("{}. Besides, there is {}.", text, fmt::join(clauses, " and "));
   switch (explanation.verdict) {
     case Verdict::mismatch:
-      return text + ". Something else is missing: gap-explain without --calibrate asks what.";
+      return "Something other than the coefficients is missing: gap-explain without --calibrate asks what. " + text +
+             '.';
     case Verdict::no_mismatch:
       return text + ". Nothing else is missing that these recordings could show.";
     case Verdict::undecided:

@@ -110,6 +110,8 @@ struct Explanation {
   std::vector<EffectEntry> effects;                    ///< that ship.json has more than the ship
   std::vector<CoefficientFactor> coefficient_factors;  ///< and these, if it then follows what is left out better
   bool is_calibration = false;                         ///< coefficients alone were asked for
+  bool calibration_helps = false;  ///< then: whether free runs over what was not fitted follow better, beyond chance
+  double coefficient_scale = kMissing;  ///< then: by which all coefficients are more uncertain than the file states
   std::optional<Ship::JointUncertainty> coefficient_covariance;  ///< then: what the recordings leave open of them
   /// By recording, where they differ: what acts there.
   std::map<std::string, std::vector<EffectEntry>> effects_in;

@@ -75,7 +75,7 @@ class BeforeAfterRuns {
       one.ship.residual_network = with_.residual_network;
     }
     explanation_.train.after = free_runs(of_.campaign, starts_, ships, jobs_);
-    add_likelihood(explanation_.train.before, none(), whole);
+    if (!explanation_.is_calibration) add_likelihood(explanation_.train.before, none(), whole);
     add_likelihood(explanation_.train.after, fit_, whole);
     explanation_.residuals_after = residuals(of_.campaign, fit_);
   }
@@ -91,7 +91,7 @@ class BeforeAfterRuns {
     const std::vector<Smoothed>& starts = followed_before.smoothed;
     explanation_.heldout.before = free_runs(before, starts, {{of_.ship, runs}}, jobs_);
     explanation_.heldout.after = free_runs(before, starts, {{with_, runs}}, jobs_);
-    add_likelihood(explanation_.heldout.before, followed_before, runs);
+    if (!explanation_.is_calibration) add_likelihood(explanation_.heldout.before, followed_before, runs);
     add_likelihood(explanation_.heldout.after, followed_after, runs);
     explanation_.tracks_before = free_tracks(before, starts, {{of_.ship, runs}});
     explanation_.tracks_after = free_tracks(before, starts, {{with_, runs}});
@@ -128,12 +128,13 @@ class BeforeAfterRuns {
                     : takes_coefficients_ ? of_coefficients_
                                           : of_alone_;
     const std::vector<Run> whole = whole_runs(of_.campaign);
-    heldout.before.coverage = coverage(innovations_before, whole);
+    if (!explanation_.is_calibration) heldout.before.coverage = coverage(innovations_before, whole);
     heldout.after.coverage = coverage(innovations_after, whole);
     explanation_.tracks_before = free_tracks(of_.campaign, starts_, as_stated_);
     explanation_.tracks_after = free_tracks(of_.campaign, starts_, after);
     const auto n = static_cast<double>(std::max<std::size_t>(1, left_out_.total.measurements));
-    heldout.before.log_likelihood_per_sample = likelihood_before / n;
+    // Of a calibration the fit with nothing missing is what comes after.
+    heldout.before.log_likelihood_per_sample = explanation_.is_calibration ? kMissing : likelihood_before / n;
     heldout.after.log_likelihood_per_sample = likelihood_after / n;
   }
 
@@ -158,9 +159,11 @@ class BeforeAfterRuns {
     takes_coefficients_ = are_better || explanation_.is_calibration;
     if (takes_coefficients_) explanation_.coefficient_factors = coefficient_changes(fit_, fit_.theta);
     if (explanation_.is_calibration) {
+      explanation_.coefficient_factors = coefficient_changes(fit_, fit_.theta, 0.0);
       explanation_.coefficient_covariance = covariance_of_coefficients();
+      explanation_.calibration_helps = are_better;
       if (!are_better)
-        explanation_.notices.push_back(
+        explanation_.notices.emplace_back(
             "what was left out in turn is not followed better with the fitted coefficients, beyond chance: ship.json "
             "has "
             "them, since they were asked for");
@@ -171,7 +174,11 @@ class BeforeAfterRuns {
   Ship::JointUncertainty covariance_of_coefficients() const {
     const Eigen::Index n = fit_.theta.size() - 1 - fit_.effects;
     Ship::JointUncertainty joint{{}, posterior_covariance(fit_).topLeftCorner(n, n)};
-    for (Eigen::Index i = 0; i < n; ++i) joint.names.push_back(fit_.parameters[static_cast<std::size_t>(i)].name);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const UncertainParameter& p = fit_.parameters[static_cast<std::size_t>(i)];
+      joint.names.push_back(p.name);
+      if (!p.is_absolute) joint.matrix(i, i) += kPolicy.show.least_direction_sd * kPolicy.show.least_direction_sd;
+    }
     return statable(std::move(joint), of_.ship);
   }
 
@@ -217,6 +224,7 @@ class BeforeAfterRuns {
     }
     if (double by = 0.0; takes_coefficients_ && (by = rise()) > 0.0) {
       notice("coefficients fitted anew", by);
+      explanation_.calibration_helps = false;
       if (explanation_.is_calibration) return;
       takes_coefficients_ = false;
       explanation_.coefficient_factors.clear();

@@ -3,12 +3,15 @@
 #include <vector>
 
 #include "gap/compare/fitted.hpp"
+#include "gap/policy/policy.hpp"
 #include "gap/show/free_runs.hpp"
 
 namespace leeway::gap {
 
 /// What theta says of the coefficients: factors other than 1, and differences.
-std::vector<CoefficientFactor> coefficient_changes(const FittedNull& fit, const Eigen::VectorXd& theta);
+///   least  changes of the logarithm below which a coefficient stays as it is
+std::vector<CoefficientFactor> coefficient_changes(const FittedNull& fit, const Eigen::VectorXd& theta,
+                                                   double least = kPolicy.show.same_log_factor);
 
 /// The runs of each recording, with the ship as it sails there with the effects at z.
 std::vector<ShipOnRuns> by_recording(const Hypothesis& hypothesis, const Eigen::VectorXd& z, const Campaign& campaign,

@@ -208,7 +208,9 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
   judge.judge(file);
   const bool is_stated = !answered.ship.uncertainty.empty() || answered.ship.coefficient_covariance.has_value();
   std::vector<std::string> told;
-  for (const CalibratedModule& module : file.off) add_findings(module, file, told);
+  // Of a calibration the coefficients are told as they were fitted together.
+  if (!explanation.is_calibration)
+    for (const CalibratedModule& module : file.off) add_findings(module, file, told);
   for (const FittedCoefficient& c : judge.fitted_coefficients()) {
     if (!is_off(c)) continue;
     const auto of = std::find_if(file.modules.begin(), file.modules.end(),
@@ -217,7 +219,8 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
     file.findings.push_back({c.name, c.by, c.is_absolute ? kMissing : c.stated_sd, gain, sentence_of(c, is_stated)});
     told.push_back(file.findings.back().sentence);
   }
-  const bool together = !explanation.coefficient_factors.empty();
+  const bool together =
+      explanation.is_calibration ? explanation.calibration_helps : !explanation.coefficient_factors.empty();
   if (told.empty() && together) told.emplace_back("several coefficients together, none of them alone");
 
   const Findings& findings = answered.findings;

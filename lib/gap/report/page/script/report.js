@@ -3,13 +3,18 @@
 // residuals.
 const report = JSON.parse(document.getElementById('data').textContent);
 
+// Of a calibration no hypothesis was asked for.
+const isCalibration = report.explanation?.hypotheses.length === 0;
+
 verdictSection(report);
 if (report.explanation) {
   heldoutTracksSection(report);
   shipFileSection(report);
-  hypothesesSection(report);
-  imitationSection(report);
-  nextManeuverSection(report);
+  if (!isCalibration) {
+    hypothesesSection(report);
+    imitationSection(report);
+    nextManeuverSection(report);
+  }
   beforeAfterSection(report);
 }
 recordingsSections(report);
@@ -17,7 +22,7 @@ shipSection(report);
 forceSection(report);
 regimesSection(report);
 nothingLocatedSection(report);
-effectsSection(report);
+if (!isCalibration) effectsSection(report);
 parametersSection(report);
 sensorsSection(report);
 noticesSection(report);
