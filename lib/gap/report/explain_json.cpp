@@ -201,9 +201,9 @@ Json ship_with(Json of, const Explanation& explanation, const std::string& recor
   const bool is_changed = explanation.is_calibration || explanation.residual_network ||
                           !explanation.coefficient_factors.empty() || !effects.empty();
   if (is_changed && of.contains("name") && of["name"].is_string()) {  // it is another ship: results carry its name
-    if (const std::string name = of["name"], more = recording.empty() ? ", fitted" : ", fitted to " + recording;
-        !name.ends_with(more))
-      of["name"] = name + more;
+    if (const std::string ship = of["name"], more = recording.empty() ? ", fitted" : ", fitted to " + recording;
+        !ship.ends_with(more))
+      of["name"] = ship + more;
   }
   if (explanation.residual_network) of["residual_network"] = to_json(*explanation.residual_network);
   of = multiplied(std::move(of), explanation.coefficient_factors,
