@@ -351,7 +351,7 @@ bool Comparison::is_between_samples(const Fitted& fitted) const {
 void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
   FittedNull& fit = fitted.fit;
   for (int i = 0; i < kPolicy.compare.most_scales; ++i) {
-    const PriorWidths best = over_scales(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest;
+    const ScaledWidths best = likeliest_widths(fit);
     if (best.scale == fit.scale) break;
     fit.prior_sd = best.sd;
     fit.scale = best.scale;
