@@ -66,9 +66,13 @@ Selection no_selection(const Findings& findings) {
   return selection;
 }
 
-// What a posterior is worth, and no hypotheses, of which none was asked for.
+// What a posterior is worth. No hypotheses, of which none was asked for; and no likelihoods and coverage before, since
+// what was fitted with nothing missing is what comes after.
 void finish_calibration(Explanation& explanation, const FittedNull& fit) {
-  explanation.coefficient_scale = fit.scale;
+  for (Scores* before : {&explanation.train.before, &explanation.heldout.before}) {
+    before->log_likelihood_per_sample = kMissing;
+    before->coverage.clear();
+  }
   explanation.is_complete = explanation.verdict != Verdict::mismatch;
   explanation.hypotheses.clear();
   explanation.p_right = kMissing;
@@ -90,7 +94,7 @@ void finish_calibration(Explanation& explanation, const FittedNull& fit) {
 void decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
                         const Selection& selection, double false_alarm, double L_pp) {
   std::optional<HypothesesFound> hypotheses;
-  if (!explanation.is_calibration) hypotheses = hypotheses_found(comparison, selection, findings.fit, L_pp);
+  if (!explanation.calibration) hypotheses = hypotheses_found(comparison, selection, findings.fit, L_pp);
   const Decision decision = decide({false_alarm, findings.tests, hypotheses, sensors_found(findings)});
   explanation.verdict = decision.verdict;
   explanation.p_value = decision.p_value;
@@ -120,7 +124,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   Findings& findings = investigation.findings;
   const Campaign& campaign = investigation.campaign;
 
-  explanation.is_calibration = options.calibrates;
+  if (options.calibrates) explanation.calibration.emplace();
   progress(0.4, options.calibrates ? "the coefficients" : "fits with the likeliest effects");
   const double rate = options.locate.false_alarm;
   Comparison comparison(campaign, investigation.null,

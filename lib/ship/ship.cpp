@@ -333,7 +333,7 @@ io::Json multiplied(io::Json ship, const std::vector<CoefficientFactor>& factors
 
 Ship read_ship(const std::string& name_or_path) {
   const std::string path = io::find_config("ships", name_or_path);
-  const Ship ship = parse_ship(io::read_json(path), path);
+  Ship ship = parse_ship(io::read_json(path), path);
   tell_implausible(ship);
   return ship;
 }

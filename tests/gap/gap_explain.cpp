@@ -200,8 +200,9 @@ TEST_CASE("gap-explain: a calibration has the coefficients of the true ship with
   const gap::Explanation explanation = gap::gap_explain(stated, recordings, none, options);
   CHECK(explanation.chosen.empty());
   CHECK(explanation.hypotheses.empty());  // none was asked for
-  CHECK(explanation.coefficient_scale > 0.5);
-  CHECK(explanation.coefficient_scale < 2.0);
+  REQUIRE(explanation.calibration);
+  CHECK(explanation.calibration->scale > 0.5);
+  CHECK(explanation.calibration->scale < 2.0);
   CHECK_THAT(gap::headline(explanation), Contains("coefficients were fitted") && Contains("errors of free runs fall"));
 
   const io::Json json = gap::ship_with(io::read_json(stated.file), explanation);

@@ -406,7 +406,7 @@ struct ShowPolicy {
   double difference_sd = 1e-2;  ///< [posterior sd] of a coefficient, for the slope of a module's force | origin: choice, rounding
   double equal_factors = 0.01;  ///< [-] of their logarithms: below it two numbers of a module changed alike | origin: choice
   std::size_t most_changes = 3;  ///< [quantities] of one module that are told | origin: choice
-  double least_direction_sd = 2e-3;  ///< [ln] of coefficients in any direction, of a calibration: what time steps and inputs between samples leave | origin: measured, two calibrations by four and two zigzags, whose truth lay 0.2 and 0.3 % off where 0.02 and 0.03 % were left
+  double least_direction_sd = 2e-3;  ///< [ln] of coefficients in any direction, of a calibration: least sd | origin: measured, two calibrations by four and two zigzags, whose truth lay 0.2 and 0.4 % off where 0.02 to 0.04 % was left; not tried on others
   double same_log_factor = 1e-3;  ///< [ln] of the factor on a coefficient: nearer to 1 is not written down | origin: choice
   double as_much_rudder = 0.9;  ///< [-] of the rudder of a turning circle: as much was recorded | origin: choice
   std::size_t turning_draws = 64;  ///< [draws] of the posterior that turn with more rudder than was recorded | origin: choice, time

@@ -200,21 +200,21 @@ std::vector<std::string> recordings_of(const Explanation& explanation) {
 Json ship_with(Json of, const Explanation& explanation, const std::string& recording) {
   const std::vector<EffectEntry>& effects =
       recording.empty() ? explanation.effects : explanation.effects_in.at(recording);
-  const bool is_changed = explanation.is_calibration || explanation.residual_network ||
+  const bool is_changed = explanation.calibration || explanation.residual_network ||
                           !explanation.coefficient_factors.empty() || !effects.empty();
   if (is_changed && of.contains("name") && of["name"].is_string()) {  // it is another ship: results carry its name
-    if (const std::string name = of["name"], more = recording.empty() ? ", fitted" : ", fitted to " + recording;
-        !name.ends_with(more))
-      of["name"] = name + more;
+    if (const std::string ship = of["name"], more = recording.empty() ? ", fitted" : ", fitted to " + recording;
+        !ship.ends_with(more))
+      of["name"] = ship + more;
   }
   if (explanation.residual_network) of["residual_network"] = to_json(*explanation.residual_network);
   of = multiplied(std::move(of), explanation.coefficient_factors,
                   "estimated by gap-explain from recordings; standard deviations in its report.json");
-  if (explanation.coefficient_covariance)
+  if (explanation.calibration)
     of["coefficient_covariance"] =
-        to_json(*explanation.coefficient_covariance,
+        to_json(explanation.calibration->covariance,
                 fmt::format("what these recordings leave open of what the ship file stated, times {:.2g}: {}",
-                            explanation.coefficient_scale, fmt::join(recordings_of(explanation), ", ")));
+                            explanation.calibration->scale, fmt::join(recordings_of(explanation), ", ")));
   if (effects.empty()) return of;
   if (!of.contains("effects")) of["effects"] = Json::array();
   for (const EffectEntry& entry : effects) {

@@ -102,14 +102,14 @@ std::string advice_on(const std::vector<std::string>& named, const Explanation& 
 
 // Whether the fitted coefficients can be used as they are.
 bool is_usable_calibration(const Explanation& explanation) {
-  return explanation.calibration_helps && explanation.verdict != Verdict::mismatch &&
+  return explanation.calibration->helps && explanation.verdict != Verdict::mismatch &&
          explanation.ship_file.state != ShipFileState::cannot_tell;
 }
 
 std::string advice_on_calibration(const Explanation& explanation) {
   if (explanation.verdict == Verdict::mismatch)
     return "ask first what else is missing: gap-explain without --calibrate, with the same recordings";
-  if (!explanation.calibration_helps)
+  if (!explanation.calibration->helps)
     return "keep the ship file: with ship.json what was not fitted is not followed better, beyond chance";
   return is_usable_calibration(explanation)
              ? "use ship.json within the speeds, revolutions and rudder angles that were recorded"
@@ -125,7 +125,7 @@ std::string advice(const Explanation& explanation) {
     return findings.corrected ? "repair the sensor, or correct its recordings as said above, and run again; the ship "
                                 "file was compared with them corrected"
                               : "repair or correct the sensors, then run again";
-  if (explanation.is_calibration) return advice_on_calibration(explanation);
+  if (explanation.calibration) return advice_on_calibration(explanation);
   std::vector<std::string> named = explanation.chosen;
   std::erase(named, name_of_terms());
   const bool is_unknown = has_terms(explanation.chosen);
@@ -153,7 +153,7 @@ std::string advice(const Explanation& explanation) {
 // That a single recording has nobody to check it.
 std::string check_of_one(const Explanation& explanation) {
   const bool is_one = explanation.findings.residuals.size() == 1 && !explanation.heldout_is_given;
-  return is_one && (explanation.verdict == Verdict::mismatch || explanation.is_calibration)
+  return is_one && (explanation.verdict == Verdict::mismatch || explanation.calibration)
              ? ". First record another run on another heading: one recording alone checks nothing of this"
              : "";
 }
@@ -173,7 +173,7 @@ std::string next_step(const Explanation& explanation, const Explained* what) {
 std::string use_of_ship(const Explanation& explanation) {
   const Called& called = explanation.findings.called;
   if (called.ship.empty() || !changes_ship(explanation)) return "";
-  if (explanation.is_calibration && !is_usable_calibration(explanation)) return "";
+  if (explanation.calibration && !is_usable_calibration(explanation)) return "";
   if (has_terms(explanation.chosen) && fall_of_errors(explanation.heldout).empty()) return "";
   return fmt::format("mmg-sim zigzag --ship {} --rudder-deg 10 --heading-deg 10{} -o zigzag.csv",
                      shell_word(without_slash(called.output) + "/ship.json"),

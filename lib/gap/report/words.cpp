@@ -152,7 +152,7 @@ std::string headline_of_calibration(const Explanation& explanation) {
   const std::string fall = fall_of_errors(explanation.heldout);
   const char* what = explanation.heldout_is_given ? "held out" : "left out in turn";
   std::string text = fmt::format("The coefficients were fitted: what was {} is ", what);
-  if (!explanation.calibration_helps)
+  if (!explanation.calibration->helps)
     text += "not followed better with them, beyond chance";
   else
     text += fall.empty() ? "followed better with them" : "followed better with them: errors of free runs fall " + fall;
@@ -173,7 +173,7 @@ std::string headline_of_calibration(const Explanation& explanation) {
 }  // namespace
 
 std::string headline(const Explanation& explanation) {
-  if (explanation.is_calibration) return headline_of_calibration(explanation);
+  if (explanation.calibration) return headline_of_calibration(explanation);
   const bool is_off = explanation.ship_file.state == ShipFileState::off;
   const std::string physics = physics_of(explanation);
   const bool is_from_one = explanation.findings.residuals.size() == 1 && !explanation.heldout_is_given &&

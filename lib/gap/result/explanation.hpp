@@ -96,6 +96,13 @@ struct BeyondRecorded {
   double diameter_L = 0.0, low_L = 0.0, high_L = 0.0;  ///< tactical, by L_pp; 95 % interval of the posterior
 };
 
+/// Of coefficients that were fitted alone.
+struct Calibration {
+  bool helps = false;                 ///< whether free runs over what was not fitted follow better, beyond chance
+  double scale = 1.0;                 ///< by which all coefficients are more uncertain than the file states
+  Ship::JointUncertainty covariance;  ///< what the recordings leave open of them
+};
+
 struct Explanation {
   Findings findings;
   Verdict verdict = Verdict::undecided;
@@ -109,10 +116,7 @@ struct Explanation {
   std::vector<ParameterShift> parameters;              ///< of the ship, with what was chosen
   std::vector<EffectEntry> effects;                    ///< that ship.json has more than the ship
   std::vector<CoefficientFactor> coefficient_factors;  ///< and these, if it then follows what is left out better
-  bool is_calibration = false;                         ///< coefficients alone were asked for
-  bool calibration_helps = false;  ///< then: whether free runs over what was not fitted follow better, beyond chance
-  double coefficient_scale = kMissing;  ///< then: by which all coefficients are more uncertain than the file states
-  std::optional<Ship::JointUncertainty> coefficient_covariance;  ///< then: what the recordings leave open of them
+  std::optional<Calibration> calibration;              ///< where coefficients alone were asked for
   /// By recording, where they differ: what acts there.
   std::map<std::string, std::vector<EffectEntry>> effects_in;
   std::vector<CurrentPath> current_paths;  ///< of a chosen current that varies, by recording

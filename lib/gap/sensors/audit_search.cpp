@@ -70,6 +70,7 @@ CandidateScore score_of(const FaultFitter& fitter, const FaultFit& base, const F
 std::vector<double> family_wise(const std::vector<CandidateScore>& scores, Index units, RandomStream stream) {
   const VectorXd as_is = VectorXd::Ones(units);
   std::vector<double> observed;
+  observed.reserve(scores.size());
   for (const CandidateScore& score : scores) observed.push_back(score.log_p(as_is));
   std::vector<std::size_t> as_small(scores.size(), 0);
   for (std::size_t draw = 0; draw < kPolicy.sensors.sign_flips; ++draw) {
@@ -81,6 +82,7 @@ std::vector<double> family_wise(const std::vector<CandidateScore>& scores, Index
       if (least <= observed[c]) ++as_small[c];
   }
   std::vector<double> result;
+  result.reserve(as_small.size());
   for (const std::size_t count : as_small)
     result.push_back(static_cast<double>(1 + count) / static_cast<double>(1 + kPolicy.sensors.sign_flips));
   return result;
@@ -222,6 +224,7 @@ bool FaultSearch::is_testable(std::size_t candidate) const {
 std::vector<double> FaultSearch::p_values(const FaultFit& base, const std::vector<FaultFit>& tried,
                                           std::size_t stream) const {
   std::vector<CandidateScore> scores;
+  scores.reserve(tried.size());
   for (const FaultFit& fit : tried) scores.push_back(score_of(fitter_, base, fit));
   return family_wise(scores, static_cast<Index>(fitter_.windows().unit_count()),
                      RandomStream(options_.seed, "audit sign flips", stream));

@@ -75,7 +75,7 @@ class BeforeAfterRuns {
       one.ship.residual_network = with_.residual_network;
     }
     explanation_.train.after = free_runs(of_.campaign, starts_, ships, jobs_);
-    if (!explanation_.is_calibration) add_likelihood(explanation_.train.before, none(), whole);
+    add_likelihood(explanation_.train.before, none(), whole);
     add_likelihood(explanation_.train.after, fit_, whole);
     explanation_.residuals_after = residuals(of_.campaign, fit_);
   }
@@ -91,7 +91,7 @@ class BeforeAfterRuns {
     const std::vector<Smoothed>& starts = followed_before.smoothed;
     explanation_.heldout.before = free_runs(before, starts, {{of_.ship, runs}}, jobs_);
     explanation_.heldout.after = free_runs(before, starts, {{with_, runs}}, jobs_);
-    if (!explanation_.is_calibration) add_likelihood(explanation_.heldout.before, followed_before, runs);
+    add_likelihood(explanation_.heldout.before, followed_before, runs);
     add_likelihood(explanation_.heldout.after, followed_after, runs);
     explanation_.tracks_before = free_tracks(before, starts, {{of_.ship, runs}});
     explanation_.tracks_after = free_tracks(before, starts, {{with_, runs}});
@@ -128,13 +128,12 @@ class BeforeAfterRuns {
                     : takes_coefficients_ ? of_coefficients_
                                           : of_alone_;
     const std::vector<Run> whole = whole_runs(of_.campaign);
-    if (!explanation_.is_calibration) heldout.before.coverage = coverage(innovations_before, whole);
+    heldout.before.coverage = coverage(innovations_before, whole);
     heldout.after.coverage = coverage(innovations_after, whole);
     explanation_.tracks_before = free_tracks(of_.campaign, starts_, as_stated_);
     explanation_.tracks_after = free_tracks(of_.campaign, starts_, after);
     const auto n = static_cast<double>(std::max<std::size_t>(1, left_out_.total.measurements));
-    // Of a calibration the fit with nothing missing is what comes after.
-    heldout.before.log_likelihood_per_sample = explanation_.is_calibration ? kMissing : likelihood_before / n;
+    heldout.before.log_likelihood_per_sample = likelihood_before / n;
     heldout.after.log_likelihood_per_sample = likelihood_after / n;
   }
 
@@ -156,18 +155,16 @@ class BeforeAfterRuns {
         log_error(of_coefficients_) < log_error(of_alone_) - kPolicy.show.worthwhile_fall &&
         are_likelier(left_out_.total) &&
         is_beyond_chance(of_.campaign, starts_, left_out_.alone, left_out_.with_coefficients, jobs_);
-    takes_coefficients_ = are_better || explanation_.is_calibration;
-    if (takes_coefficients_) explanation_.coefficient_factors = coefficient_changes(fit_, fit_.theta);
-    if (explanation_.is_calibration) {
-      explanation_.coefficient_factors = coefficient_changes(fit_, fit_.theta, 0.0);
-      explanation_.coefficient_covariance = covariance_of_coefficients();
-      explanation_.calibration_helps = are_better;
-      if (!are_better)
-        explanation_.notices.emplace_back(
-            "what was left out in turn is not followed better with the fitted coefficients, beyond chance: ship.json "
-            "has "
-            "them, since they were asked for");
-    }
+    std::optional<Calibration>& calibration = explanation_.calibration;
+    takes_coefficients_ = are_better || calibration;
+    if (takes_coefficients_)
+      explanation_.coefficient_factors =
+          coefficient_changes(fit_, fit_.theta, calibration ? 0.0 : kPolicy.show.same_log_factor);
+    if (calibration) *calibration = {are_better, fit_.scale, covariance_of_coefficients()};
+    if (calibration && !are_better)
+      explanation_.notices.emplace_back(
+          "what was left out in turn is not followed better with the fitted coefficients, beyond chance: ship.json has "
+          "them, since they were asked for");
     with_.multiply(explanation_.coefficient_factors);
   }
 
@@ -216,7 +213,7 @@ class BeforeAfterRuns {
     const auto notice = [&](std::string_view what, double by) {
       explanation_.notices.push_back(fmt::format(
           "{}with {} the errors of free runs over the held-out recordings grow by {:.0f} %",
-          explanation_.is_calibration ? "" : fmt::format("ship.json has no {}: ", what), what, 100.0 * std::expm1(by)));
+          explanation_.calibration ? "" : fmt::format("ship.json has no {}: ", what), what, 100.0 * std::expm1(by)));
     };
     if (double by = 0.0; learned_.network && (by = rise()) > 0.0) {
       learned_.network = explanation_.residual_network = with_.residual_network = nullptr;
@@ -224,8 +221,10 @@ class BeforeAfterRuns {
     }
     if (double by = 0.0; takes_coefficients_ && (by = rise()) > 0.0) {
       notice("coefficients fitted anew", by);
-      explanation_.calibration_helps = false;
-      if (explanation_.is_calibration) return;
+      if (explanation_.calibration) {
+        explanation_.calibration->helps = false;
+        return;
+      }
       takes_coefficients_ = false;
       explanation_.coefficient_factors.clear();
       with_ = without_factors(with_);

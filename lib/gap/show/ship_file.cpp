@@ -209,7 +209,7 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
   const bool is_stated = !answered.ship.uncertainty.empty() || answered.ship.coefficient_covariance.has_value();
   std::vector<std::string> told;
   // Of a calibration the coefficients are told as they were fitted together.
-  if (!explanation.is_calibration)
+  if (!explanation.calibration)
     for (const CalibratedModule& module : file.off) add_findings(module, file, told);
   for (const FittedCoefficient& c : judge.fitted_coefficients()) {
     if (!is_off(c)) continue;
@@ -220,7 +220,7 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
     told.push_back(file.findings.back().sentence);
   }
   const bool together =
-      explanation.is_calibration ? explanation.calibration_helps : !explanation.coefficient_factors.empty();
+      explanation.calibration ? explanation.calibration->helps : !explanation.coefficient_factors.empty();
   if (told.empty() && together) told.emplace_back("several coefficients together, none of them alone");
 
   const Findings& findings = answered.findings;
