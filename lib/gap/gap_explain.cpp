@@ -35,7 +35,7 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   HypothesesFound found;
   found.is_named = selection.chosen != 0;
   found.has_terms = has_terms(answer.hypothesis.names());
-  found.log_odds_of_best = comparison.log_odds(selection.best);
+  found.chance_of_best = comparison.chance_of(selection.best);
   found.log_odds_of_chosen = comparison.log_odds(selection.chosen);
   found.is_likelier = selection.stated[selection.best] > selection.stated[0];
   found.left_p = selection.left_p_value;
@@ -128,7 +128,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   progress(0.4, options.calibrates ? "the coefficients" : "fits with the likeliest effects");
   const double rate = options.locate.false_alarm;
   Comparison comparison(campaign, investigation.null,
-                        {rate, options.locate.jobs, findings.detection.p_value > surely_beside(rate)});
+                        {rate, options.locate.jobs, options.locate.seed, findings.detection.p_value > surely_beside(rate)});
   const Selection selection =
       options.calibrates ? no_selection(findings) : select(campaign, findings, comparison, options);
   report_hypotheses(explanation, comparison, campaign, options);

@@ -50,7 +50,7 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
   investigator.audit_sensors();
   investigator.fit();
   investigator.withdraw_faint_faults();
-  investigator.correct_suspects();
+  investigator.identify_faults();
   investigator.refine_faults();
   investigator.test_effects();
   investigator.reread_wind();

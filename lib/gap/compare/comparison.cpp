@@ -86,6 +86,7 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
     if (share == 1.0 || is_shifted(fit))
       screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share,
                            widths_by_scale(fit.parameters, fit.effects), ScreenOptions{options_.jobs});
+  if (from == 0) gains_of_nothing_ = screens.front().gains_of_nothing(kPolicy.compare.draws_of_nothing, options_.seed);
 
   std::vector<ExpectedGain> result;
   std::map<std::string, std::vector<std::size_t>> best_of;  // by effect: its candidates
@@ -216,7 +217,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
       }
   if (!best) return std::nullopt;
   if (!best->fit.report.converged) continue_fit(*best);
-  if (is_between_samples(*best) || is_another_effect(*best)) return std::nullopt;
+  if (is_another_effect(*best)) return std::nullopt;
   if (from != 0 && !is_worth_a_name(*best, all_[from])) return std::nullopt;
   judge(*best);
   all_.push_back(std::move(*best));
@@ -321,28 +322,6 @@ bool Comparison::is_worth_a_name(const Fitted& with, const Fitted& without) cons
          with.fit.log_prior_of_events > without.fit.log_prior_of_events;
 }
 
-bool Comparison::is_between_samples(const Fitted& fitted) const {
-  const RudderResponse own = rudder_response_of(campaign_.ship);
-  const Coordinates z = coordinates_of(fitted.fit);
-  const double timing = fitted.fit.theta[fitted.fit.theta.size() - 1];
-  double moved = 0.0, not_known = 0.0;  // sums of squares
-  for (const Stretch& stretch : campaign_.stretches) {
-    RudderResponse response =
-        rudder_response_of(fitted.hypothesis.applied_to(campaign_.ship, z.mean, stretch.recording));
-    if (response == own) return false;
-    response.delay_s += kPolicy.filter.timing_share * stretch.sample_s * timing;
-    RudderResponse late = own;
-    late.delay_s += kPolicy.compare.identifiable_share * stretch.sample_s;
-    const RecordedInputs& recorded = campaign_.recorded_inputs[stretch.recording];
-    const RecordedInputs as_is = recorded.through(own), with = recorded.through(response),
-                         later = recorded.through(late);
-    const auto points = static_cast<double>(stretch.size());
-    moved += points * angle_change(stretch, as_is, with);
-    not_known += points * std::max(angle_change(stretch, as_is, later), kKnownAngle * kKnownAngle);
-  }
-  return moved < not_known;
-}
-
 void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
   FittedNull& fit = fitted.fit;
   for (int i = 0; i < kPolicy.compare.most_scales; ++i) {
@@ -376,11 +355,19 @@ std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& t
   return {sum, std::sqrt(variance * n)};
 }
 
+double Comparison::chance_of(std::size_t i) const {
+  if (gains_of_nothing_.empty() || i == 0) return 1.0;
+  const double gain = log_odds(i) - log_prior_odds_of_one();
+  const auto as_much = gains_of_nothing_.end() - std::ranges::lower_bound(gains_of_nothing_, gain);
+  const double beyond = std::max(0.0, gain - gains_of_nothing_.back());
+  return static_cast<double>(as_much + 1) / static_cast<double>(gains_of_nothing_.size() + 1) * std::exp(-beyond);
+}
+
 bool Comparison::holds(std::size_t better, std::size_t than, bool is_surely_left) const {
   const auto [sum, sd] = gain(all_[better], all_[than]);
   const Fitted& one = all_[better];
   return gap::holds({log_odds(better) - log_odds(than), is_significant(one), has_terms(one.hypothesis.names()),
-                     than == 0, sum, sd, is_surely_left});
+                     than == 0 && tests() * chance_of(better) < options_.false_alarm, sum, sd, is_surely_left});
 }
 
 bool Comparison::is_significant(const Fitted& fitted) const {

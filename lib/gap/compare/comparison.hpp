@@ -14,6 +14,7 @@ namespace leeway::gap {
 struct ComparisonOptions {
   double false_alarm = kPolicy.detect.false_alarm;
   std::size_t jobs = 1;
+  std::uint64_t seed = 1;
   bool none_is_possible = true;  ///< that nothing is missing: then its fit has to be as good as the others'
 };
 
@@ -63,6 +64,9 @@ class Comparison {
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
   std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
   double log_odds(std::size_t i) const { return gap::log_odds(all_, i); }
+  /// How often one effect or another would have such odds where nothing is missing, in campaigns drawn from the linear
+  /// model about the fit without any; beyond them in inverse proportion to the odds (Markov's inequality).
+  double chance_of(std::size_t i) const;
   std::vector<double> probabilities() const { return gap::probabilities(all_, screened_, campaign_.ship); }
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
   /// is more than nothing.
@@ -72,7 +76,6 @@ class Comparison {
 
  private:
   bool is_significant(const Fitted& fitted) const;
-  bool is_between_samples(const Fitted& fitted) const;
   bool is_worth_a_name(const Fitted& with, const Fitted& without) const;
   bool is_another_effect(const Fitted& fitted) const;
   void choose_scale(const Campaign& campaign, Fitted& fitted) const;
@@ -92,6 +95,7 @@ class Comparison {
   std::vector<Fitted> all_;
   std::vector<std::vector<std::size_t>> folds_;
   ScreenedGains screened_;
+  std::vector<double> gains_of_nothing_;  ///< of drawn campaigns, ascending; empty: not screened yet
 };
 
 }  // namespace leeway::gap

@@ -12,11 +12,15 @@ namespace {
 
 // ln of what is believed before: none 1/5, one effect 2/5, two 1/5, three 1/10, ...; all sets of a size alike, and all
 // sets of terms, all intervals.
-//   with_ways  false: without what the choice among intervals and terms costs
-double log_prior(const Hypothesis& hypothesis, bool with_ways = true) {
-  const std::size_t effects = hypothesis.names().size();
+double log_prior_of_number(std::size_t effects) {
   double result = -std::log(kPolicy.compare.sets_of_effects) - log_ways(count_of_tried_effects(), effects);
   if (effects > 0) result -= (static_cast<double>(effects) - 2.0) * std::log(kPolicy.compare.fewer_are_likelier);
+  return result;
+}
+
+//   with_ways  false: without what the choice among intervals and terms costs
+double log_prior(const Hypothesis& hypothesis, bool with_ways = true) {
+  double result = log_prior_of_number(hypothesis.names().size());
   for (const FreeEffect& effect : hypothesis.effects) {
     if (!with_ways) break;
     result -= effect.log_ways();
@@ -35,6 +39,8 @@ double log_ways(std::size_t of, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) result += std::log(static_cast<double>(of - i) / static_cast<double>(i + 1));
   return result;
 }
+
+double log_prior_odds_of_one() { return log_prior_of_number(1) - log_prior_of_number(0); }
 
 double log_odds(const std::vector<Fitted>& all, std::size_t i) {
   const auto likeliest = std::max_element(

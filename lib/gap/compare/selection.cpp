@@ -227,7 +227,7 @@ class Selector {
     };
     for (std::size_t i = 1; i < stated.size(); ++i)
       if ((best == 0 || stated[i] > stated[best]) && may_be(i)) best = i;
-    Likeliest likeliest{stated[best], stated[0], 0.0, comparison_.log_odds(best), p_value};
+    Likeliest likeliest{stated[best], stated[0], 0.0, tests() * comparison_.chance_of(best), p_value};
     for (std::size_t i = 1; i < stated.size(); ++i)
       if (!may_be(i)) likeliest.of_other_forms = std::max(likeliest.of_other_forms, stated[i]);
     if (is_certain(likeliest, rate) && comparison_.holds(best, 0, is_likelier(likeliest, rate)))

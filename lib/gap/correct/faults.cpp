@@ -26,20 +26,6 @@ bool is_early(const Fault& fault) { return traits_of(fault.name).is_late_only &&
 
 bool can_be_compared(const Fault& fault) { return traits_of(fault.name).shows_in_forces; }
 
-std::vector<Fault> suspects_of(const Audit& audit) {
-  std::vector<Fault> suspects;
-  for (const Fault& fault : audit.hypotheses) {
-    const auto is_same = [&](const Fault& other) { return other.name == fault.name; };
-    if (is_suspect({fault.p_value, fault.heldout_gain, fault.heldout_gain_sd}) && can_be_compared(fault) &&
-        std::none_of(suspects.begin(), suspects.end(), is_same))
-      suspects.push_back(fault);
-  }
-  std::stable_sort(suspects.begin(), suspects.end(),
-                   [](const Fault& a, const Fault& b) { return a.p_value < b.p_value; });
-  if (suspects.size() > kPolicy.decide.most_suspects) suspects.resize(kPolicy.decide.most_suspects);
-  return suspects;
-}
-
 void withdraw(Findings& findings, std::vector<Fault> certain, const std::string& why) {
   std::vector<Fault>& faults = findings.audit.faults;
   for (const Fault& fault : faults)

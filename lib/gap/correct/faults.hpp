@@ -19,8 +19,6 @@ bool is_faint(const Fault& fault, double false_alarm);
 bool is_early(const Fault& fault);
 /// Likelihoods with and without a fault can be compared where its correction does not filter a channel.
 bool can_be_compared(const Fault& fault);
-/// Faults that the kinematics leave open, the likeliest first.
-std::vector<Fault> suspects_of(const Audit& audit);
 
 /// Leaves the faults that are certain, and says why the others are not so.
 void withdraw(Findings& findings, std::vector<Fault> certain, const std::string& why);

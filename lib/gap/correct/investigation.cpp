@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "gap/correct/faults.hpp"
+#include "gap/correct/seen_faults.hpp"
 #include "gap/correct/wind_reading.hpp"
 #include "gap/decide/decide.hpp"
 #include "gap/decide/sensors.hpp"
@@ -156,34 +156,28 @@ void Investigator::withdraw_faint_faults() {
   }
 }
 
-void Investigator::correct_suspects() {
+void Investigator::identify_faults() {
   Findings& findings = result.findings;
-  const std::vector<Fault> suspects = suspects_of(findings.audit);
-  if (!findings.audit.faults.empty() || !options_.correct || ensemble_ || suspects.empty()) return;
-  const double as_is = log_evidence(result.null);
-  const double best_effect = best_evidence(result.campaign, result.null, options_);
-  double most = -std::numeric_limits<double>::infinity();
-  std::optional<Fault> identified;
-  for (const Fault& suspect : suspects) {
-    correct({suspect});
-    const Campaign without = prepare(ship_, moving(), campaign_options_);
-    const double evidence = log_evidence(fit_null(without, fit_options_)) + log_jacobian({suspect}, reread_);
-    if (!(evidence > most) || !is_identified(evidence, as_is, best_effect)) continue;
-    most = evidence;
-    identified = suspect;
-  }
-  if (identified) {
-    const auto ways = static_cast<double>(findings.audit.hypotheses.size());
-    identified->p_value = std::min(identified->p_value, ways * std::exp(as_is - most));  // Markov's inequality
-    findings.audit.faults.push_back(*identified);
+  std::vector<Fault>& faults = findings.audit.faults;
+  while (options_.correct && !ensemble_ && findings.audit.is_checked && faults.size() < kPolicy.sensors.most_faults) {
+    const std::vector<SeenFault> seen = seen_faults(result.campaign, result.null, options_.jobs);
+    const std::optional<Fault> likeliest = likeliest_of(seen, faults, findings.audit.hypotheses);
+    const double rate = options_.false_alarm / tests();
+    // The effects in its place are fitted where it matters alone.
+    if (!likeliest || !is_identified({likeliest->log_odds, 0.0}, seen.size(), rate)) return;
+    const double of_effect = best_evidence(result.campaign, result.null, options_) - log_evidence(result.null);
+    if (!is_identified({likeliest->log_odds, of_effect}, seen.size(), rate)) return;
+    faults.push_back(*likeliest);
+    faults.back().p_value = std::min(1.0, tests() * p_value_of_odds(likeliest->log_odds, seen.size()));
+    faults.back().log_odds = 0.0;
     findings.audit.notices.push_back(
-        fmt::format("{}: the kinematics leave it open, but without it the simulator follows the recordings better "
+        fmt::format("{}: the kinematics alone leave it open, but with it the simulator follows the recordings better "
                     "(log-odds {:.0f})",
-                    identified->name, most - as_is));
+                    likeliest->name, likeliest->log_odds));
     findings.corrected = true;
+    correct(faults);
+    fit_anew();
   }
-  correct(findings.audit.faults);
-  if (identified) fit_anew();
 }
 
 void Investigator::refine_faults() {

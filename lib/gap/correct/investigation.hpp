@@ -36,9 +36,9 @@ class Investigator {
   /// A faint fault, corrected where there is none, would look like missing physics: it stays only where the simulator
   /// does not follow the recordings better without its correction.
   void withdraw_faint_faults();
-  /// A fault that the kinematics leave open can look like missing physics: corrected, nothing missing is then far
-  /// likelier, and likelier than any one effect with the fault left in.
-  void correct_suspects();
+  /// Faults that the kinematics leave open, as the filter sees them, which knows the ship's forces and the sizes of the
+  /// noise: one after another, where it is likelier than sound sensors and than any one effect.
+  void identify_faults();
   /// The numbers of the faults at which the simulator follows the recordings best.
   void refine_faults();
   /// Effects of the catalogue around the fit.

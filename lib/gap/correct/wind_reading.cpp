@@ -12,7 +12,7 @@ namespace leeway::gap {
 
 double best_evidence(const Campaign& campaign, const FittedNull& near_by, const GapLocateOptions& options) {
   const FittedNull none = follow(campaign, near_by, {}, options.jobs);
-  Comparison comparison(campaign, none, {options.false_alarm, options.jobs});
+  Comparison comparison(campaign, none, {options.false_alarm, options.jobs, options.seed});
   double best = comparison.none().log_evidence;
   const std::vector<Comparison::ExpectedGain> candidates = comparison.expected_gains(0);
   for (std::size_t i = 0; i < std::min(candidates.size(), kPolicy.decide.most_compared); ++i)

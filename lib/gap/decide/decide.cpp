@@ -42,8 +42,7 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
   Verdict& verdict = decision.verdict;
   if (h.is_named) {
     verdict = Verdict::mismatch;
-    // Where nothing is missing, odds of so much are no more frequent than that (Markov's inequality).
-    decision.p_value = std::min(tests_p, std::exp(-h.log_odds_of_best));
+    decision.p_value = std::min(tests_p, std::min(1.0, tests(policy) * h.chance_of_best));
   }
   // Seen, but barely, and nothing missing is the likeliest, or too little to be called unknown: neither claimed nor
   // denied.
@@ -89,8 +88,7 @@ bool holds(const Rivals& r, const Policy& policy) {
   // What a coefficient could do as well, if it were far off what is stated, predicts no better: it is likelier alone.
   // Terms are likelier wherever forms of forces differ.
   const bool has_strong_names = r.log_odds > of.strong_odds_beside && !r.has_terms;
-  if (r.against_nothing && r.log_odds > limits.strong_odds && has_strong_names)
-    return r.gain > -limits.heldout_sd * r.gain_sd;
+  if (r.is_rare && !r.has_terms) return r.gain > -limits.heldout_sd * r.gain_sd;
   const double least = has_strong_names                                         ? 0.0
                        : r.is_surely_left || r.log_odds > of.strong_odds_beside ? limits.heldout_sd_if_certain
                                                                                 : limits.heldout_sd;
@@ -106,9 +104,8 @@ bool is_likelier(const Likeliest& best, double false_alarm) {
   return best.p_value < false_alarm && best.probability > best.of_nothing;
 }
 
-bool is_certain(const Likeliest& best, double false_alarm, const Policy& policy) {
-  return (is_likelier(best, false_alarm) || best.log_odds > policy.decide.strong_odds) &&
-         !(best.of_other_forms > best.probability);
+bool is_certain(const Likeliest& best, double false_alarm) {
+  return (is_likelier(best, false_alarm) || best.chance < false_alarm) && !(best.of_other_forms > best.probability);
 }
 
 bool is_negligible(const LeftBeside& left, double false_alarm, const Policy& policy) {

@@ -67,16 +67,17 @@ constexpr double surely_beside(double false_alarm) { return surely(false_alarm) 
 
 /// How two hypotheses compare.
 struct Rivals {
-  double log_odds = 0.0;             ///< of the better one against the other [nats]
-  bool is_significant = false;       ///< whether each effect of the better one is more than nothing
-  bool has_terms = false;            ///< whether the better one has terms for what the catalogue does not hold
-  bool against_nothing = false;      ///< whether the other one is that nothing is missing
+  double log_odds = 0.0;        ///< of the better one against the other [nats]
+  bool is_significant = false;  ///< whether each effect of the better one is more than nothing
+  bool has_terms = false;       ///< whether the better one has terms for what the catalogue does not hold
+  /// Whether the other one is that nothing is missing, and such odds are rarer than the rate where it is so.
+  bool is_rare = false;
   double gain = 0.0, gain_sd = 0.0;  ///< on what was left out [nats]
   bool is_surely_left = false;       ///< whether something surely is left beside the other one
 };
 /// Whether the better one is likelier, predicts what was left out better beyond chance, and has no needless effect:
-/// where something surely is left or the odds are strong, one standard error is enough; where the odds for a name are
-/// strong, none.
+/// where something surely is left or the odds are strong, one standard error is enough; where a name is the only one in
+/// question and its odds are rare or strong, none.
 bool holds(const Rivals& rivals, const Policy& policy = kPolicy);
 
 /// One of the hypotheses when the likeliest is taken.
@@ -94,14 +95,14 @@ bool may_be_claimed(const Contender& contender, double false_alarm, const Policy
 struct Likeliest {
   double probability = 0.0, of_nothing = 0.0;  ///< as stated
   double of_other_forms = 0.0;                 ///< the largest of those that may not be claimed; 0: there are none
-  double log_odds = 0.0;                       ///< against nothing missing [nats]
+  double chance = 1.0;                         ///< of such odds where nothing is missing, for all families of tests
   double p_value = 1.0;                        ///< of the tests for effects
 };
 /// Whether the tests see something, and it is likelier than nothing.
 bool is_likelier(const Likeliest& best, double false_alarm);
 /// Whether it is claimed if it holds against nothing: not where forms of forces that may not be claimed are likelier,
 /// since then an effect imitates them.
-bool is_certain(const Likeliest& best, double false_alarm, const Policy& policy = kPolicy);
+bool is_certain(const Likeliest& best, double false_alarm);
 
 /// What is left beside what is named.
 struct LeftBeside {

@@ -1,6 +1,7 @@
 #include "gap/decide/sensors.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "gap/decide/decide.hpp"
 
@@ -20,12 +21,18 @@ bool is_faint(double p_value, double false_alarm, const Policy& policy) {
   return p_value >= tests(policy) * surely(false_alarm);
 }
 
-bool is_suspect(const FaultTest& test, const Policy& policy) {
-  return test.p_value < policy.decide.suspected_p && test.heldout_gain > 0.0;
+double log_prior_of_fault(std::size_t faults, const Policy& policy) {
+  constexpr double nothing = 0.5;
+  return std::log(policy.sensors.faulty / nothing / static_cast<double>(faults));
 }
 
-bool is_identified(double log_evidence, double as_recorded, double best_effect, const Policy& policy) {
-  return log_evidence > std::max(best_effect + policy.decide.contradicted, as_recorded + policy.decide.far_likelier);
+double p_value_of_odds(double log_bayes_factor, std::size_t faults, const Policy& policy) {
+  return std::min(1.0, std::exp(-log_bayes_factor - log_prior_of_fault(faults, policy)));
+}
+
+bool is_identified(const FaultOdds& odds, std::size_t faults, double false_alarm, const Policy& policy) {
+  return p_value_of_odds(odds.log_bayes_factor, faults, policy) < false_alarm &&
+         odds.log_bayes_factor > odds.of_best_effect + policy.decide.contradicted;
 }
 
 bool holds_by_kinematics(const ReadingTest& test, const Policy& policy) {

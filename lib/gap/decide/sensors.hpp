@@ -19,13 +19,18 @@ bool is_found(const FaultTest& test, double false_alarm, const Policy& policy = 
 /// Whether a fault that was found asks for the simulator's word: its p-value, once families share the rate, is not
 /// below the square of it.
 bool is_faint(double p_value, double false_alarm, const Policy& policy = kPolicy);
-/// Whether a fault that was not found is worth asking the simulator about.
-bool is_suspect(const FaultTest& test, const Policy& policy = kPolicy);
-/// Whether the simulator identifies a suspect.
-///   log_evidence  with the recordings corrected for it
-///   as_recorded   of the recordings as they are
-///   best_effect   with the best effect in its place
-bool is_identified(double log_evidence, double as_recorded, double best_effect, const Policy& policy = kPolicy);
+/// What the filter says of a fault against sound sensors, and of the best effect in its place.
+struct FaultOdds {
+  double log_bayes_factor = 0.0;  ///< of the fault, averaged over how large faults are [nats]
+  double of_best_effect = 0.0;    ///< ln of the evidence with the best effect and sound sensors, by that without [nats]
+};
+/// ln of the prior odds of one fault out of so many against nothing.
+double log_prior_of_fault(std::size_t faults, const Policy& policy = kPolicy);
+/// p-value of a fault: where nothing is wrong, odds of so much are no more frequent (Markov's inequality).
+double p_value_of_odds(double log_bayes_factor, std::size_t faults, const Policy& policy = kPolicy);
+/// Whether a fault is claimed by these odds: they are rarer than the rate where nothing is wrong, and likelier than
+/// the best effect in its place.
+bool is_identified(const FaultOdds& odds, std::size_t faults, double false_alarm, const Policy& policy = kPolicy);
 
 /// One way to read a channel against another.
 struct ReadingTest {

@@ -6,7 +6,9 @@
 
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
+#include "core/random.hpp"
 #include "core/units.hpp"
+#include "gap/detect/score_test.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
@@ -187,6 +189,46 @@ EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const
 }
 
 double EffectScreen::log_evidence(const std::vector<std::size_t>& set) const { return part(set).log_evidence; }
+
+std::vector<double> EffectScreen::gains_of_nothing(std::size_t draws, std::uint64_t seed) const {
+  // Beside theta, which is integrated out at its likeliest widths, the scores of nothing are N(0, F).
+  const Projected beside = project(total_, theta_, part({}).prior_sd);
+  struct Alone {
+    Eigen::Index first, start;
+    Eigen::VectorXd z;
+    Eigen::LLT<Eigen::MatrixXd> factor;
+    double constant;  // of the gain
+  };
+  std::vector<Alone> alone;
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    if (candidates_[c].effects.front().recording()) continue;
+    const Eigen::Index n = candidates_[c].z.size(), first = first_[c] - theta_.size(), start = first + n;
+    Eigen::MatrixXd M = beside.F.block(first, first, n, n);
+    M.diagonal().array() += 1.0;
+    Alone one{first, start, candidates_[c].z, Eigen::LLT<Eigen::MatrixXd>(M), 0.0};
+    one.constant =
+        -0.5 * (beside.F(start, start) + one.z.squaredNorm()) - one.factor.matrixLLT().diagonal().array().log().sum();
+    if (std::isfinite(one.constant)) alone.push_back(std::move(one));
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(beside.F);
+  const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  RandomStream random(seed, "gap-nothing");
+  std::vector<double> result;
+  Eigen::VectorXd standard(beside.b.size());
+  for (std::size_t d = 0; d < draws; ++d) {
+    for (double& x : standard) x = random.normal();
+    const Eigen::VectorXd b = root * standard;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Alone& one : alone) {
+      const Eigen::Index n = one.z.size();
+      const Eigen::VectorXd score = b.segment(one.first, n) - beside.F.block(one.first, one.start, n, 1) - one.z;
+      most = std::max(most, b[one.start] + one.constant + 0.5 * score.dot(one.factor.solve(score)));
+    }
+    result.push_back(most);
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
 
 Start EffectScreen::start(const std::vector<std::size_t>& set) const {
   const Part p = part(set);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "gap/fit/coefficient_scale.hpp"
 #include "gap/fit/effect_columns.hpp"
 #include "gap/fit/null_fit.hpp"
@@ -48,6 +50,9 @@ class EffectScreen {
   const std::vector<Candidate>& candidates() const { return candidates_; }
   /// ln of the evidence of a set of candidates (places in the list); minus infinity where the simulator runs away.
   double log_evidence(const std::vector<std::size_t>& set) const;
+  /// How much evidence candidates gain, each alone, where nothing is missing: the largest gain of each of so many
+  /// campaigns that are drawn from the linear model, in ascending order [nats].
+  std::vector<double> gains_of_nothing(std::size_t draws, std::uint64_t seed) const;
   /// The step; its length is limited.
   Start start(const std::vector<std::size_t>& set) const;
 

@@ -123,8 +123,8 @@ void Filter::take_columns(int count) {
 }
 
 std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
-                                         Eigen::Index count, const MoreColumns& more) {
-  const Eigen::Index p = stretch.steps.front().G.cols(), columns = p + count;
+                                         Eigen::Index count, const MoreColumns& more, const MeasuredColumns& measured) {
+  const Eigen::Index p = stretch.steps.front().G.cols(), columns = p + count + measured.count;
   const std::size_t n = stretch.path.size();
   std::vector<Evidence> blocks((n + block_points - 1) / block_points, Evidence(columns));
   Filter filter(stretch, noise, columns);
@@ -139,7 +139,7 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
     block.b.noalias() += rows.topRows(filled).transpose() * innovations.head(filled);
     filled = 0;
   };
-  Eigen::MatrixXd addition(kShipStates, count);
+  Eigen::MatrixXd addition(kShipStates, count), measured_addition(kShipStates, measured.count);
   for (std::size_t k = 0; k < n; ++k) {
     Evidence& block = blocks[k / block_points];
     if (k > 0) {
@@ -147,8 +147,13 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
       filter.columns.topLeftCorner(kShipStates, p) += stretch.steps[k - 1].G;
       if (count > 0) {
         more(k - 1, addition);
-        filter.columns.topRightCorner(kShipStates, count) += addition;
+        filter.columns.block(0, p, kShipStates, count) += addition;
       }
+    }
+    // To a measurement, what its sensor adds is as if the ship were there.
+    if (measured.count > 0) {
+      measured.of(k, measured_addition);
+      filter.columns.topRightCorner(kShipStates, measured.count) += measured_addition;
     }
     filter.update(k, [&](int, double z, const auto& row, double S) {
       block.log_likelihood -= 0.5 * (z * z + std::log(2.0 * kPi * S));
@@ -157,14 +162,16 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
       innovations[filled] = z;
       if (++filled == kRows) flush(block);
     });
+    if (measured.count > 0) filter.columns.topRightCorner(kShipStates, measured.count) -= measured_addition;
     if (k + 1 == n || (k + 1) % block_points == 0) flush(block);
   }
   for (Evidence& block : blocks) block.F.triangularView<Eigen::StrictlyUpper>() = block.F.transpose();
   return blocks;
 }
 
-Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count, const MoreColumns& more) {
-  return evidence_by_blocks(stretch, noise, stretch.path.size(), count, more).front();
+Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count, const MoreColumns& more,
+                  const MeasuredColumns& measured) {
+  return evidence_by_blocks(stretch, noise, stretch.path.size(), count, more, measured).front();
 }
 
 Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::VectorXd& dtheta) {

@@ -193,11 +193,17 @@ class Filter {
 /// Evidence about the parameters theta (columns G), and about more columns: `more(k, out)` writes the additions of step
 /// k into the 6 x count matrix `out`.
 using MoreColumns = std::function<void(std::size_t k, Eigen::Ref<Eigen::MatrixXd> out)>;
+/// Columns of sensors: `of(k, out)` writes what they add to the six measured values at point k, which moves no ship.
+struct MeasuredColumns {
+  Eigen::Index count = 0;
+  MoreColumns of = nullptr;
+};
 Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count = 0,
-                  const MoreColumns& more = nullptr);
+                  const MoreColumns& more = nullptr, const MeasuredColumns& measured = {});
 /// The same by blocks of points; their sum is that of the stretch.
 std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
-                                         Eigen::Index count = 0, const MoreColumns& more = nullptr);
+                                         Eigen::Index count = 0, const MoreColumns& more = nullptr,
+                                         const MeasuredColumns& measured = {});
 
 /// Smoothed states (path + dx) and their covariances, with theta moved by dtheta; innovations if asked for.
 struct Smoothed {

@@ -25,9 +25,9 @@ struct TestsFound {
 
 /// What the comparison of hypotheses of gap-explain found.
 struct HypothesesFound {
-  bool is_named = false;            ///< whether something is claimed beside nothing missing
-  bool has_terms = false;           ///< whether terms stand for what the catalogue does not hold
-  double log_odds_of_best = 0.0;    ///< of the likeliest that may be claimed, against nothing missing [nats]
+  bool is_named = false;        ///< whether something is claimed beside nothing missing
+  bool has_terms = false;       ///< whether terms stand for what the catalogue does not hold
+  double chance_of_best = 1.0;  ///< how often anything is as likely as what may be claimed, where nothing is missing
   double log_odds_of_chosen = 0.0;  ///< of what is claimed [nats]
   bool is_likelier = false;         ///< whether the best is stated as likelier than nothing missing
   double left_p = 1.0;              ///< of what is left beside what is claimed

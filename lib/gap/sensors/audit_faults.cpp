@@ -141,16 +141,13 @@ Trajectory in_time(const Trajectory& recording, const SensorFaults& fault, const
 
 }  // namespace
 
-double size_by_smallest(const FaultFitter& fitter, const FaultFit& fit, std::size_t place) {
-  const KinematicWindows& windows = fitter.windows();
-  const VectorXd own = fitter.own_numbers(fit, place);
-  const double speed = std::max(windows.rms_speed(), kPolicy.sensors.least_speed_mps);
-  const double rate = std::max(windows.rms_rate(), kPolicy.sensors.least_rate_radps);
+double size_by_smallest(const FaultCandidate& candidate, const VectorXd& own, const Usual& usual) {
+  const double speed = std::max(usual.speed_mps, kPolicy.sensors.least_speed_mps);
+  const double rate = std::max(usual.rate_radps, kPolicy.sensors.least_rate_radps);
   const double latency =
-      std::max(kPolicy.sensors.smallest_latency_s, kPolicy.sensors.smallest_latency_samples * windows.sample_s());
+      std::max(kPolicy.sensors.smallest_latency_s, kPolicy.sensors.smallest_latency_samples * usual.sample_s);
   const double share = kPolicy.sensors.smallest_share;
-  const FaultParameter first = fault_library()[fit.members[place]].numbers[0][0];
-  switch (first) {
+  switch (candidate.numbers[0][0]) {
     case heading_bias:
       return std::abs(own(0)) / kPolicy.sensors.smallest_angle_rad;
     case lever_x:
@@ -177,6 +174,12 @@ double size_by_smallest(const FaultFitter& fitter, const FaultFit& fit, std::siz
       return std::abs(own(0)) / (share * rate);
   }
   return 0.0;
+}
+
+double size_by_smallest(const FaultFitter& fitter, const FaultFit& fit, std::size_t place) {
+  const KinematicWindows& windows = fitter.windows();
+  return size_by_smallest(fault_library()[fit.members[place]], fitter.own_numbers(fit, place),
+                          {windows.rms_speed(), windows.rms_rate(), windows.sample_s()});
 }
 
 Fault fault_of(const FaultFitter& fitter, const FaultFit& fit, std::size_t place, const RandomStream& stream,

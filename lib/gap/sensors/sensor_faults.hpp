@@ -52,6 +52,7 @@ struct FaultParameterInfo {
   Quantity quantity;      ///< a latency or a lag, a time, is searched over its whole range
   double unit;            ///< a value in the unit of the name times this is SI
   double prior_sd;        ///< SI, of a ship of 3 m; wide, it only keeps near zero what the recordings do not determine
+  double usual_sd;        ///< SI, the same: how large faults are where there are any
   bool in_track;          ///< whether it shows in eta' - R(psi) nu
   bool in_heading;        ///< whether it shows in psi' - r
   std::optional<Channel> scaled = std::nullopt;  ///< the channel of which it is a factor - 1

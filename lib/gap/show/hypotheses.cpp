@@ -26,7 +26,7 @@ constexpr double kTails = kPolicy.show.student95 / kPolicy.show.normal95;
 double timing_sd_s(const Campaign& campaign) {
   double sample_s = 0.0;
   for (const Stretch& stretch : campaign.stretches) sample_s = std::max(sample_s, stretch.sample_s);
-  return 2.0 * kPolicy.filter.timing_share * sample_s;
+  return kPolicy.filter.actuator_timing_sd * kPolicy.filter.timing_share * sample_s;
 }
 
 // Parameters of effects of one name, as a fit has them.

@@ -1,5 +1,7 @@
 #include "gap/decide/sensors.hpp"
 
+#include <cmath>
+
 #include <catch2/catch.hpp>
 
 #include "gap/decide/decide.hpp"
@@ -35,12 +37,13 @@ TEST_CASE("decide: of which faults the simulator is asked, and which it identifi
   const double rate = 0.01;
   CHECK(gap::is_faint(gap::tests() * 1.01e-4, rate));
   CHECK_FALSE(gap::is_faint(gap::tests() * 0.99e-4, rate));
-  CHECK(gap::is_suspect({0.19, 0.1, 1.0}));
-  CHECK_FALSE(gap::is_suspect({0.21, 0.1, 1.0}));
-  CHECK_FALSE(gap::is_suspect({0.19, -0.1, 1.0}));
-  CHECK(gap::is_identified(110.1, 100.0, 107.0));
-  CHECK_FALSE(gap::is_identified(109.9, 100.0, 0.0));    // hardly likelier than the recordings as they are
-  CHECK_FALSE(gap::is_identified(120.0, 100.0, 117.1));  // an effect does as well
+  // One of 15 faults, which together have odds of 0.15 to 0.5: 50 to 1 against it.
+  CHECK(gap::p_value_of_odds(std::log(5000.0), 15) == Approx(0.01));
+  CHECK(gap::p_value_of_odds(0.0, 15) == 1.0);
+  CHECK(gap::is_identified({std::log(5100.0), 0.0}, 15, rate));
+  CHECK_FALSE(gap::is_identified({std::log(4900.0), 0.0}, 15, rate));  // no rarer than the rate where nothing is wrong
+  CHECK(gap::is_identified({20.0, 16.9}, 15, rate));
+  CHECK_FALSE(gap::is_identified({20.0, 17.1}, 15, rate));  // an effect does as well
 }
 
 TEST_CASE("decide: when another reading of a channel is claimed", "[gap][decide]") {

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "gap/fit/null_fit.hpp"
+#include "gap/result/sensor_findings.hpp"
+
+namespace leeway::gap {
+
+/// A fault as the filter sees it around a fit.
+struct SeenFault {
+  Fault fault;                    ///< with the likeliest numbers
+  double log_bayes_factor = 0.0;  ///< against sound sensors, coefficients free in both, averaged over its usual sizes
+  bool is_small = false;          ///< too little to matter
+};
+
+/// All members of the library but the current, which moves the ship: their columns go through the filter once, as what
+/// they add to the measurements along the smoothed path, linear in their numbers. What a channel was corrected for
+/// before counts as sound.
+std::vector<SeenFault> seen_faults(const Campaign& campaign, const FittedNull& fit, std::size_t jobs);
+
+/// The likeliest that may stand beside the faults that were found, with its log Bayes factor as log_odds: it is another
+/// one, matters, and no sensor is early. About as likely ones are its rivals.
+///   tested  faults as the audit tested them, for what they predict of what was left out
+std::optional<Fault> likeliest_of(const std::vector<SeenFault>& seen, const std::vector<Fault>& found,
+                                  const std::vector<Fault>& tested);
+
+}  // namespace leeway::gap

@@ -1,0 +1,40 @@
+#include "gap/detect/screen.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+#include "gap/simulated_campaign.hpp"
+
+using namespace leeway;
+
+TEST_CASE("screen: where nothing is missing, an effect gains much no more often than Markov allows", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const test::SimulatedCampaign of{.ship = "esso-osaka-3m", .recordings = 2, .duration_s = 150.0, .wind_mps = 0.0};
+  const gap::Campaign campaign = gap::prepare(ship, test::recorded(of, ship), {});
+  const gap::FittedNull fit = gap::fit_null(campaign, {.jobs = 2});
+  const auto gains_of = [&](const std::vector<std::string>& effects) {
+    std::vector<gap::Candidate> candidates;
+    for (const std::string& effect : effects)
+      for (gap::Candidate& candidate : gap::candidates_of(effect, ship)) candidates.push_back(std::move(candidate));
+    const gap::EffectScreen screen(campaign, fit, {}, candidates, 1.0, {{.sd = fit.prior_sd}}, {2});
+    return screen.gains_of_nothing(4000, 1);
+  };
+  const auto share_above = [](const std::vector<double>& gains, double limit) {
+    return static_cast<double>(std::ranges::count_if(gains, [&](double gain) { return gain > limit; })) /
+           static_cast<double>(gains.size());
+  };
+  const std::vector<double> one = gains_of({"steady-current"}), two = gains_of({"steady-current", "rudder-offset"});
+  CHECK(std::ranges::is_sorted(one));
+  for (const double odds : {5.0, 20.0, 100.0}) {
+    CAPTURE(odds);
+    // The mean of exp(gain) is 1 for each; three standard errors of a share.
+    const double limit = std::log(odds), chance = 3.0 / std::sqrt(4000.0 * odds);
+    CHECK(share_above(one, limit) <= 1.0 / odds + chance);
+    CHECK(share_above(two, limit) <= 2.0 / odds + 2.0 * chance);
+  }
+  CHECK(share_above(one, 0.0) > 0.0);
+  CHECK(share_above(two, std::log(5.0)) >= share_above(one, std::log(5.0)));
+  CHECK(gains_of({"steady-current"}) == one);
+}
