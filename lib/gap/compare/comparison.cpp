@@ -217,7 +217,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
       }
   if (!best) return std::nullopt;
   if (!best->fit.report.converged) continue_fit(*best);
-  if (is_another_effect(*best)) return std::nullopt;
+  if (is_below_known_angles(*best) || is_another_effect(*best)) return std::nullopt;
   if (from != 0 && !is_worth_a_name(*best, all_[from])) return std::nullopt;
   judge(*best);
   all_.push_back(std::move(*best));
@@ -320,6 +320,22 @@ bool Comparison::is_worth_a_name(const Fitted& with, const Fitted& without) cons
   const double taken = std::sqrt(std::max(0.0, (before.cwiseAbs2() - after.cwiseAbs2()).maxCoeff()));
   return before.maxCoeff() > kPolicy.decide.error_of_inputs || taken > kPolicy.compare.worth_a_name ||
          with.fit.log_prior_of_events > without.fit.log_prior_of_events;
+}
+
+bool Comparison::is_below_known_angles(const Fitted& fitted) const {
+  const RudderResponse own = rudder_response_of(campaign_.ship);
+  const Coordinates z = coordinates_of(fitted.fit);
+  double moved = 0.0, points = 0.0;
+  for (const Stretch& stretch : campaign_.stretches) {
+    const RudderResponse response =
+        rudder_response_of(fitted.hypothesis.applied_to(campaign_.ship, z.mean, stretch.recording));
+    if (response == own) return false;
+    const RecordedInputs& recorded = campaign_.recorded_inputs[stretch.recording];
+    const auto here = static_cast<double>(stretch.size());
+    moved += here * angle_change(stretch, recorded.through(own), recorded.through(response));
+    points += here;
+  }
+  return moved < points * kKnownAngle * kKnownAngle;
 }
 
 void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {

@@ -49,7 +49,7 @@ class Comparison {
   std::vector<Start> starts_with(std::size_t from, const std::string& effect, const FreeEffect::Choice& choice);
 
   /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted, or lets
-  /// the rudders act no otherwise than they may have between samples, or than their angles are known, or is no
+  /// the rudders act no otherwise than their angles are known, or is no
   /// more than another effect (a sheared current without shear), or, beside others, takes hardly any model error away:
   /// inputs between the samples make as much.
   ///   most_starts  from which it is fitted, the one of the largest expected gain first
@@ -76,6 +76,7 @@ class Comparison {
 
  private:
   bool is_significant(const Fitted& fitted) const;
+  bool is_below_known_angles(const Fitted& fitted) const;
   bool is_worth_a_name(const Fitted& with, const Fitted& without) const;
   bool is_another_effect(const Fitted& fitted) const;
   void choose_scale(const Campaign& campaign, Fitted& fitted) const;
