@@ -127,8 +127,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   if (options.calibrates) explanation.calibration.emplace();
   progress(0.4, options.calibrates ? "the coefficients" : "fits with the likeliest effects");
   const double rate = options.locate.false_alarm;
-  Comparison comparison(campaign, investigation.null,
-                        {rate, options.locate.jobs, options.locate.seed, findings.detection.p_value > surely_beside(rate)});
+  Comparison comparison(
+      campaign, investigation.null,
+      {rate, options.locate.jobs, options.locate.seed, findings.detection.p_value > surely_beside(rate)});
   const Selection selection =
       options.calibrates ? no_selection(findings) : select(campaign, findings, comparison, options);
   report_hypotheses(explanation, comparison, campaign, options);
