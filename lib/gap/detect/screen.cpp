@@ -191,8 +191,16 @@ EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const
 double EffectScreen::log_evidence(const std::vector<std::size_t>& set) const { return part(set).log_evidence; }
 
 std::vector<double> EffectScreen::gains_of_nothing(std::size_t draws, std::uint64_t seed) const {
+  // Columns along which the simulator runs away say nothing.
+  Evidence finite = total_;
+  for (Eigen::Index i = theta_.size(); i < finite.b.size(); ++i) {
+    if (std::isfinite(finite.b[i]) && std::isfinite(finite.F(i, i))) continue;
+    finite.b[i] = 0.0;
+    finite.F.row(i).setZero();
+    finite.F.col(i).setZero();
+  }
   // Beside theta, which is integrated out at its likeliest widths, the scores of nothing are N(0, F).
-  const Projected beside = project(total_, theta_, part({}).prior_sd);
+  const Projected beside = project(finite, theta_, part({}).prior_sd);
   struct Alone {
     Eigen::Index first, start;
     Eigen::VectorXd z;
@@ -210,6 +218,7 @@ std::vector<double> EffectScreen::gains_of_nothing(std::size_t draws, std::uint6
         -0.5 * (beside.F(start, start) + one.z.squaredNorm()) - one.factor.matrixLLT().diagonal().array().log().sum();
     if (std::isfinite(one.constant)) alone.push_back(std::move(one));
   }
+  if (alone.empty() || !beside.F.allFinite()) return {};
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(beside.F);
   const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
   RandomStream random(seed, "gap-nothing");

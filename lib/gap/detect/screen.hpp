@@ -51,7 +51,8 @@ class EffectScreen {
   /// ln of the evidence of a set of candidates (places in the list); minus infinity where the simulator runs away.
   double log_evidence(const std::vector<std::size_t>& set) const;
   /// How much evidence candidates gain, each alone, where nothing is missing: the largest gain of each of so many
-  /// campaigns that are drawn from the linear model, in ascending order [nats].
+  /// campaigns that are drawn from the linear model, in ascending order [nats]; none where no candidate can be
+  /// screened.
   std::vector<double> gains_of_nothing(std::size_t draws, std::uint64_t seed) const;
   /// The step; its length is limited.
   Start start(const std::vector<std::size_t>& set) const;
