@@ -1,6 +1,7 @@
 #include "gap/gap_explain.hpp"
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -560,18 +561,21 @@ TEST_CASE("gap-explain: what the catalogue does not hold is not called by the na
   CHECK(explanation.hypotheses.front().parameters.size() <= 3);
 }
 
-TEST_CASE("comparison: rudders that are later by less than the samples tell are no hypothesis", "[gap][long]") {
+TEST_CASE("comparison: rudders that are late by less than a sample are likelier, and only where they are",
+          "[gap][long]") {
   const Ship stated = read_ship("esso-osaka-3m");
   gap::FitOptions options;
   options.jobs = 2;
-  const auto with = [&](const Ship& truth, const std::string& name) {
+  const auto log_odds = [&](double delay_s, const std::string& name) {
+    Ship truth = stated;
+    if (delay_s > 0.0) truth.effects.push_back(effect("actuator-delay", {{"delay_s", delay_s}}));
     gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 41, 2, 200.0, 1.0, 0.0}, truth), {});
     gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
-    return comparison.add(0, comparison.starts_with(0, name, {})).has_value();
+    const auto added = comparison.add(0, comparison.starts_with(0, name, {}));
+    return added ? comparison.log_odds(*added) : -std::numeric_limits<double>::infinity();
   };
-  Ship late = stated;
-  late.effects.push_back(effect("actuator-delay", {{"delay_s", 2.0}}));
-  CHECK(with(late, "actuator-delay"));
-  CHECK_FALSE(with(stated, "actuator-delay"));
-  CHECK_FALSE(with(stated, "actuator-rate"));
+  CHECK(log_odds(2.0, "actuator-delay") > 10.0);
+  CHECK(log_odds(0.4, "actuator-delay") > 3.0);
+  CHECK(log_odds(0.0, "actuator-delay") < 0.0);
+  CHECK(log_odds(0.0, "actuator-rate") < 0.0);
 }
