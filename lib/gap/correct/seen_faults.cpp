@@ -21,11 +21,12 @@ using enum FaultParameter;
 constexpr auto kCount = static_cast<Eigen::Index>(kFaultParameterCount);
 using PointColumns = Eigen::Matrix<double, kShipStates, kCount>;
 
-// What a fault of size 1 adds to the measurements at one point: derivatives by its parameter, of what is late or
-// filtered the chord up to the usual delay.
 struct Point {
   Vec6 state, slope, bend;  // the ship's states, and their first and second derivatives by time
 };
+
+// What a fault of size 1 adds to the measurements at one point: derivatives by its parameter, of what is late or
+// filtered the chord up to the usual delay.
 PointColumns columns_at(const Point& at, double usual_delay_s) {
   PointColumns out = PointColumns::Zero();
   const Vec6& x = at.state;
@@ -128,21 +129,6 @@ struct Beside {
   }
 };
 
-std::vector<PriorWidths> with_numbers(std::vector<PriorWidths> widths, Eigen::Index numbers) {
-  const auto longer = [&](Eigen::VectorXd& of, double value) {
-    const Eigen::Index n = of.size();
-    if (n == 0) return;
-    of.conservativeResize(n + numbers);
-    of.tail(numbers).setConstant(value);
-  };
-  for (PriorWidths& one : widths) {
-    longer(one.sd, 1.0);
-    longer(one.slab, 0.0);
-    longer(one.side, 0.0);
-  }
-  return widths;
-}
-
 bool is_same(const Fault& a, const Fault& b) {
   return a.name == b.name &&
          std::equal(a.parameters.begin(), a.parameters.end(), b.parameters.begin(), b.parameters.end(),
@@ -162,7 +148,8 @@ std::vector<SeenFault> seen_faults(const Campaign& campaign, const FittedNull& f
     if (candidate.numbers[0][0] == current_x) continue;
     const Beside beside(total, fit.theta, candidate, scale);
     const Eigen::Index numbers = beside.unit.size();
-    const FileEvidence with = file_evidence(beside.evidence, beside.theta, with_numbers(widths, numbers));
+    const FileEvidence with =
+        file_evidence(beside.evidence, beside.theta, with_coordinates(widths, fit.theta.size(), numbers));
     if (!std::isfinite(with.log_evidence)) continue;
     const Eigen::VectorXd precision = with.likeliest.sd.array().square().inverse();
     Eigen::MatrixXd M = beside.evidence.F;

@@ -168,18 +168,7 @@ EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const
   const auto added = static_cast<Eigen::Index>(z.size());
   result.theta.resize(theta_.size() + added);
   result.theta << theta_.head(theta_.size() - 1), Eigen::Map<const Eigen::VectorXd>(z.data(), added), theta_.tail(1);
-  std::vector<PriorWidths> with_added = widths_;
-  for (PriorWidths& widths : with_added) {
-    Eigen::VectorXd sd(theta_.size() + added);
-    sd << widths.sd.head(theta_.size() - 1), Eigen::VectorXd::Ones(added), widths.sd.tail(1);
-    widths.sd = std::move(sd);
-    if (widths.slab.size() == 0) continue;
-    for (Eigen::VectorXd* of : {&widths.slab, &widths.side}) {
-      Eigen::VectorXd longer(theta_.size() + added);
-      longer << of->head(theta_.size() - 1), Eigen::VectorXd::Zero(added), of->tail(1);
-      *of = std::move(longer);
-    }
-  }
+  const std::vector<PriorWidths> with_added = with_coordinates(widths_, theta_.size() - 1, added);
   const bool is_finite = result.evidence.b.allFinite() && result.evidence.F.allFinite();
   const FileEvidence over = is_finite ? file_evidence(result.evidence, result.theta, with_added)
                                       : FileEvidence{-std::numeric_limits<double>::infinity(), with_added.front(), {}};

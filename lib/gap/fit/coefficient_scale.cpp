@@ -63,6 +63,21 @@ std::vector<PriorWidths> widths_by_scale(const std::vector<UncertainParameter>& 
   return result;
 }
 
+std::vector<PriorWidths> with_coordinates(std::vector<PriorWidths> widths, Eigen::Index place, Eigen::Index count) {
+  const auto insert = [&](Eigen::VectorXd& of, double value) {
+    if (of.size() == 0) return;
+    Eigen::VectorXd longer(of.size() + count);
+    longer << of.head(place), Eigen::VectorXd::Constant(count, value), of.tail(of.size() - place);
+    of = std::move(longer);
+  };
+  for (PriorWidths& one : widths) {
+    insert(one.sd, 1.0);
+    insert(one.slab, 0.0);
+    insert(one.side, 0.0);
+  }
+  return widths;
+}
+
 FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& theta,
                            const std::vector<PriorWidths>& widths) {
   FileEvidence result{-std::numeric_limits<double>::infinity(), widths.front(), Eigen::VectorXd::Zero(theta.size())};

@@ -27,6 +27,9 @@ PriorWidths widths_at(const std::vector<UncertainParameter>& parameters, Eigen::
 /// On nine values of the scale, from a fifth to four and a half times what is stated; weights sum to 1.
 std::vector<PriorWidths> widths_by_scale(const std::vector<UncertainParameter>& parameters, Eigen::Index effects);
 
+/// The same with standard normal coordinates inserted at a place of theta, which no slab has.
+std::vector<PriorWidths> with_coordinates(std::vector<PriorWidths> widths, Eigen::Index place, Eigen::Index count);
+
 /// What the evidence says of a file: marginal() averaged over the scale and over what may be off by far more.
 struct FileEvidence {
   double log_evidence = 0.0;
