@@ -132,7 +132,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       {rate, options.locate.jobs, options.locate.seed, findings.detection.p_value > surely_beside(rate)});
   const Selection selection =
       options.calibrates ? no_selection(findings) : select(campaign, findings, comparison, options);
-  report_hypotheses(explanation, comparison, campaign, options);
+  report_hypotheses(explanation, comparison, selection.chosen, campaign, options);
   decide_explanation(explanation, findings, comparison, selection, rate, ship.particulars.L_pp);
   add_sensors(explanation, findings);
   add_rivals(explanation, findings);

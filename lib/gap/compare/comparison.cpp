@@ -373,6 +373,8 @@ std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& t
 
 double Comparison::chance_of(std::size_t i) const {
   if (gains_of_nothing_.empty() || i == 0) return 1.0;
+  // The drawn campaigns know the noise levels, which so few measurements do not tell.
+  if (none().fit.report.samples < kPolicy.decide.fewest_samples) return std::min(1.0, std::exp(-log_odds(i)));
   const double gain = log_odds(i) - log_prior_odds_of_one();
   const auto as_much = gains_of_nothing_.end() - std::ranges::lower_bound(gains_of_nothing_, gain);
   const double beyond = std::max(0.0, gain - gains_of_nothing_.back());

@@ -65,7 +65,8 @@ class Comparison {
   std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
   double log_odds(std::size_t i) const { return gap::log_odds(all_, i); }
   /// How often one effect or another would have such odds where nothing is missing, in campaigns drawn from the linear
-  /// model about the fit without any; beyond them in inverse proportion to the odds (Markov's inequality).
+  /// model about the fit without any; beyond them, and where little was recorded, in inverse proportion to the odds
+  /// (Markov's inequality).
   double chance_of(std::size_t i) const;
   std::vector<double> probabilities() const { return gap::probabilities(all_, screened_, campaign_.ship); }
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects

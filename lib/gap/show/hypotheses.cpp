@@ -238,10 +238,12 @@ void add_coefficients_off(Explanation& explanation, const FittedNull& fit, doubl
       explanation.coefficients_off[fit.parameters[static_cast<std::size_t>(i)].name] += probability * off[i];
 }
 
-// Where the simulator errs by no more than forms of forces do, terms are other forms of the ship's own forces, and
-// nothing that is missing: what they have belongs to the same without them.
-std::vector<double> without_other_forms(std::vector<double> probabilities, const std::vector<Fitted>& all) {
-  if (error_share(all.front().fit.report) >= kPolicy.decide.error_of_forms) return probabilities;
+// Where the simulator errs by no more than forms of forces do, and no terms are chosen, terms are other forms of the
+// ship's own forces, and nothing that is missing: what they have belongs to the same without them.
+std::vector<double> without_other_forms(std::vector<double> probabilities, const std::vector<Fitted>& all,
+                                        std::size_t chosen) {
+  if (error_share(all.front().fit.report) >= kPolicy.decide.error_of_forms || has_terms(all[chosen].hypothesis.names()))
+    return probabilities;
   for (std::size_t i = 1; i < all.size(); ++i) {
     std::set<std::string> names = name_set(all[i].hypothesis);
     if (names.erase(name_of_terms()) == 0) continue;
@@ -254,11 +256,11 @@ std::vector<double> without_other_forms(std::vector<double> probabilities, const
 
 }  // namespace
 
-void report_hypotheses(Explanation& explanation, const Comparison& comparison, const Campaign& campaign,
-                       const GapExplainOptions& options) {
+void report_hypotheses(Explanation& explanation, const Comparison& comparison, std::size_t chosen,
+                       const Campaign& campaign, const GapExplainOptions& options) {
   const std::vector<Fitted>& all = comparison.all();
   for (const Fitted& fitted : all) explanation.hypotheses.push_back(explained(fitted, all.front(), campaign));
-  const std::vector<double> probabilities = without_other_forms(comparison.probabilities(), all);
+  const std::vector<double> probabilities = without_other_forms(comparison.probabilities(), all, chosen);
   for (std::size_t i = 0; i < all.size(); ++i) explanation.hypotheses[i].probability = probabilities[i];
   for (std::size_t i = 0; i < all.size(); ++i) add_coefficients_off(explanation, all[i].fit, probabilities[i]);
   limit_unknown(explanation);

@@ -8,8 +8,8 @@
 namespace leeway::gap {
 
 /// All hypotheses with their probabilities, and the maneuvers that would distinguish them.
-void report_hypotheses(Explanation& explanation, const Comparison& comparison, const Campaign& campaign,
-                       const GapExplainOptions& options);
+void report_hypotheses(Explanation& explanation, const Comparison& comparison, std::size_t chosen,
+                       const Campaign& campaign, const GapExplainOptions& options);
 
 /// Something that the catalogue does not hold, beside what was chosen: as probable as its p-value lets it be. The
 /// p-value bounds the odds for nothing by -e p ln p (Sellke, Bayarri & Berger 2001, The American Statistician 55,
