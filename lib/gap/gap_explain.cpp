@@ -1,6 +1,7 @@
 #include "gap/gap_explain.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -36,6 +37,8 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   found.is_named = selection.chosen != 0;
   found.has_terms = has_terms(answer.hypothesis.names());
   found.chance_of_best = comparison.chance_of(selection.best);
+  found.is_latent = selection.is_latent;
+  found.chance_of_latent = std::exp(-std::max(0.0, selection.latent_log_odds));
   found.log_odds_of_chosen = comparison.log_odds(selection.chosen);
   found.is_likelier = selection.stated[selection.best] > selection.stated[0];
   found.left_p = selection.left_p_value;
@@ -101,11 +104,15 @@ void decide_explanation(Explanation& explanation, const Findings& findings, cons
   explanation.left_p_value = selection.left_p_value;
   explanation.is_complete = decision.is_complete;
   const std::vector<std::string> fitted = comparison.all()[selection.chosen].hypothesis.names();
+  explanation.unknown_kinds = selection.latent;
   if (decision.claims_sensors) explanation.chosen = sensors_claimed(findings);
   if (decision.claims_names) explanation.chosen.insert(explanation.chosen.end(), fitted.begin(), fitted.end());
   if (!decision.claims_unknown) return;
   explanation.chosen.push_back(name_of_terms());
-  if (!has_terms(fitted)) add_unknown(explanation, fitted, selection.left_p_value);  // with terms it is there already
+  if (has_terms(fitted)) return;  // it is there already
+  const bool is_latent = selection.is_latent && !decision.claims_names;
+  add_unknown(explanation, fitted,
+              is_latent ? std::exp(-selection.latent_log_odds) : least_odds_of_nothing(selection.left_p_value));
 }
 
 }  // namespace
@@ -134,6 +141,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
       options.calibrates ? no_selection(findings) : select(campaign, findings, comparison, options);
   report_hypotheses(explanation, comparison, selection.chosen, campaign, options);
   decide_explanation(explanation, findings, comparison, selection, rate, ship.particulars.L_pp);
+  say_kind_of_unknown(explanation);
   add_sensors(explanation, findings);
   add_rivals(explanation, findings);
   sort_hypotheses(explanation);

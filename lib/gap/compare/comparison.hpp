@@ -64,6 +64,8 @@ class Comparison {
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
   std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
   double log_odds(std::size_t i) const { return gap::log_odds(all_, i); }
+  /// The same of kinds of forces that the catalogue does not hold.
+  double log_odds_of(const std::vector<LatentForce>& kinds) const { return gap::log_odds_of(kinds, all_); }
   /// How often one effect or another would have such odds where nothing is missing, in campaigns drawn from the linear
   /// model about the fit without any; beyond them, and where little was recorded, in inverse proportion to the odds
   /// (Markov's inequality).

@@ -31,6 +31,10 @@ double log_prior(const Hypothesis& hypothesis, bool with_ways = true) {
   return result;
 }
 
+double kappa_of_likeliest(const std::vector<Fitted>& all) {
+  return std::ranges::max_element(all, {}, &Fitted::log_evidence)->kappa;
+}
+
 }  // namespace
 
 // ln of the number of sets of `count` things out of `of`.
@@ -43,10 +47,21 @@ double log_ways(std::size_t of, std::size_t count) {
 double log_prior_odds_of_one() { return log_prior_of_number(1) - log_prior_of_number(0); }
 
 double log_odds(const std::vector<Fitted>& all, std::size_t i) {
-  const auto likeliest = std::max_element(
-      all.begin(), all.end(), [](const Fitted& a, const Fitted& b) { return a.log_evidence < b.log_evidence; });
-  return (all[i].log_evidence - all.front().log_evidence) / likeliest->kappa + log_prior(all[i].hypothesis) -
+  return (all[i].log_evidence - all.front().log_evidence) / kappa_of_likeliest(all) + log_prior(all[i].hypothesis) -
          log_prior({});
+}
+
+double log_odds_of(const std::vector<LatentForce>& kinds, const std::vector<Fitted>& all) {
+  if (kinds.empty()) return -std::numeric_limits<double>::infinity();
+  const double kappa = kappa_of_likeliest(all), most = kinds.front().log_evidence / kappa;
+  double sum = 0.0;
+  for (const LatentForce& kind : kinds) sum += std::exp(kind.log_evidence / kappa - most);
+  return most + std::log(sum / static_cast<double>(kinds.size())) + log_prior_odds_of_one();
+}
+
+double least_odds_of_nothing(double p_value) {
+  const double p = std::clamp(p_value, kPolicy.compare.least_p, std::exp(-1.0));
+  return -std::exp(1.0) * p * std::log(p);
 }
 
 std::vector<double> probabilities(const std::vector<Fitted>& all, const ScreenedGains& screened_gains,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gap/compare/fitted.hpp"
+#include "gap/result/latent_force.hpp"
 
 /// Evidence and what was believed before make odds and probabilities.
 namespace leeway::gap {
@@ -21,6 +22,14 @@ double log_prior_odds_of_one();
 /// ln of the posterior odds of one of all against nothing missing, which is the first. Correlation between blocks takes
 /// from all evidence what it takes from that of the likeliest.
 double log_odds(const std::vector<Fitted>& all, std::size_t i);
+
+/// The same of forces that the catalogue does not hold, the likeliest kind first, beside nothing missing; all kinds
+/// together are believed like one effect.
+double log_odds_of(const std::vector<LatentForce>& kinds, const std::vector<Fitted>& all);
+
+/// The least odds of nothing against something that a p-value leaves: -e p ln p (Sellke, Bayarri & Berger 2001, The
+/// American Statistician 55, 62-71).
+double least_odds_of_nothing(double p_value);
 
 /// Of all that were fitted; between those that lack something tempered. What is missing to 1 is shared by the single
 /// effects that were screened alone.

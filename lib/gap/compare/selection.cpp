@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <set>
 
 #include "gap/compare/current_course.hpp"
+#include "gap/compare/latent_forces.hpp"
 #include "gap/compare/terms.hpp"
 #include "gap/decide/found.hpp"
 #include "gap/detect/detect.hpp"
@@ -64,10 +67,12 @@ class Selector {
   Selection run() {
     fit_all();
     if (likeliest_ != 0 && comparison_.refit_none(likeliest_)) fit_all();
+    find_latent();
     take_likeliest();
     take_more();
     take_terms();
     drop_needless();
+    describe_unknown();
     return std::move(selection_);
   }
 
@@ -201,6 +206,67 @@ class Selector {
   void fit_terms() {
     progress(0.74, "terms of what the catalogue does not hold");
     better(comparison_.add(0, terms_beside(campaign_, comparison_.all()[0], options_.locate.jobs)));
+  }
+
+  /// What the catalogue does not hold, but is known by what it depends on, if that is likelier than all names together:
+  /// then all names are tried that can be.
+  void find_latent() {
+    progress(0.745, "forces that the catalogue does not hold");
+    selection_.latent = latent_forces(campaign_, comparison_.all()[0].fit, options_.locate.jobs);
+    selection_.latent_log_odds = comparison_.log_odds_of(selection_.latent);
+    const auto is_rare = [&] {  // by Markov's inequality
+      return tests() * std::exp(-selection_.latent_log_odds) < options_.locate.false_alarm;
+    };
+    if (is_rare() && !is_searched_) {
+      is_searched_ = true;
+      fit_singles_and_pair();
+      fit_others();
+    }
+    double named = 0.0;
+    for (std::size_t i = 1; i < comparison_.all().size(); ++i)
+      if (!has_terms(hypothesis(i).names())) named += std::exp(comparison_.log_odds(i) - selection_.latent_log_odds);
+    selection_.is_latent = is_rare() && named < 1.0;
+  }
+
+  /// Kinds of what may be left beside what was chosen, with those that terms and intervals stand for.
+  void describe_unknown() {
+    const Fitted& answer = comparison_.all()[selection_.chosen];
+    std::set<std::string> bare = name_set(answer.hypothesis);
+    const bool has_terms = bare.erase(name_of_terms()) > 0;
+    if (selection_.chosen != 0) {
+      selection_.is_latent = false;
+      selection_.latent.clear();
+      if (!has_terms && selection_.left_p_value > surely_beside(options_.locate.false_alarm)) return;
+      selection_.latent = latent_forces(campaign_, answer.fit, options_.locate.jobs);
+    }
+    const std::vector<int> all_axes{0, 1, 2};
+    if (const auto gain = gain_of_terms(bare))
+      selection_.latent.push_back({Dependence::states, all_axes, kMissing, false, *gain});
+    // What comes and goes is an event to the fit, and costs what events cost there.
+    const std::vector<Interval>& intervals = findings_.located.intervals;
+    if (const auto strongest = std::ranges::min_element(intervals, {}, &Interval::p_value);
+        strongest != intervals.end())
+      selection_.latent.push_back(
+          {Dependence::time,
+           {strongest->axis},
+           kMissing,
+           false,
+           answer.fit.log_prior_of_events < 0.0 ? 0.0 : -std::log(least_odds_of_nothing(strongest->p_value))});
+    std::ranges::stable_sort(selection_.latent, std::greater(), &LatentForce::log_evidence);
+  }
+
+  /// What terms gain beside effects, less what the choice among terms costs.
+  std::optional<double> gain_of_terms(const std::set<std::string>& beside) const {
+    std::set<std::string> with = beside;
+    with.insert(name_of_terms());
+    std::optional<double> of_both, alone;
+    for (std::size_t i = 0; i < comparison_.all().size(); ++i) {
+      const std::set<std::string> names = name_set(hypothesis(i));
+      if (names == with) of_both = comparison_.log_odds(i);
+      if (names == beside) alone = comparison_.log_odds(i);
+    }
+    if (!of_both || !alone) return std::nullopt;
+    return *of_both - *alone - log_prior_odds_of_one();
   }
 
   /// Those that are about as likely as the likeliest are compared where none gains any more.

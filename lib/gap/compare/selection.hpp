@@ -19,6 +19,10 @@ struct Selection {
   /// largest. Below kPolicy.decide.error_of_forms it is what simulators leave that lack nothing: then nothing is called
   /// unknown.
   double error = 0.0;
+  /// What the catalogue does not hold, by kind, the likeliest first, beside what is claimed; empty where nobody asks.
+  std::vector<LatentForce> latent;
+  double latent_log_odds = 0.0;  ///< of all kinds together, beside nothing missing
+  bool is_latent = false;        ///< whether that is claimed, if no name is
 };
 
 /// Fits the likeliest effects one by one, then pairs, places, a tug and terms of the unknown, and chooses: what is

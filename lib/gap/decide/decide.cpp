@@ -6,6 +6,11 @@
 namespace leeway::gap {
 namespace {
 
+// Whether inputs that are known at the samples alone are the larger error, so that what the tests see may be that.
+bool is_of_inputs(const TestsFound& tests, const Policy& policy) {
+  return tests.is_noise_free && tests.error_share < policy.decide.error_of_inputs;
+}
+
 // The verdict of the tests; the first that applies.
 Decision decide_tests(const Found& found, const Policy& policy) {
   const TestsFound& t = found.tests;
@@ -13,12 +18,10 @@ Decision decide_tests(const Found& found, const Policy& policy) {
   const double rate = found.false_alarm, p = std::min(1.0, tests(policy) * std::min(t.effects_p, t.intervals_p));
   const bool improves = t.heldout_gain > limits.heldout_sd * t.heldout_gain_sd ||
                         (t.heldout_gain > limits.heldout_sd_if_certain * t.heldout_gain_sd && p < surely(rate));
-  // Then inputs that are known at the samples alone are the larger error, and what the tests see may be that.
-  const bool is_of_inputs = t.is_noise_free && t.error_share < limits.error_of_inputs;
   const auto because = [&](Verdict verdict, Reason reason) { return Decision{verdict, p, reason}; };
 
   if (!t.converged) return because(Verdict::undecided, Reason::not_converged);
-  if (p < limits.nearly * rate && is_of_inputs) return because(Verdict::undecided, Reason::error_of_inputs);
+  if (p < limits.nearly * rate && is_of_inputs(t, policy)) return because(Verdict::undecided, Reason::error_of_inputs);
   if (p < rate && t.intervals_p < t.effects_p) return because(Verdict::mismatch, Reason::interval);
   if (p < rate && improves) return because(Verdict::mismatch, Reason::effect);
   if (p < rate) return because(Verdict::undecided, Reason::effect_not_heldout);
@@ -28,7 +31,7 @@ Decision decide_tests(const Found& found, const Policy& policy) {
   if (t.samples < limits.fewest_samples) return because(Verdict::undecided, Reason::too_few_samples);
   if (t.effects_tested == 0) return because(Verdict::undecided, Reason::nothing_excited);
   if (t.error_share > limits.errs_as_much) return because(Verdict::undecided, Reason::errs_as_much);
-  if (!is_of_inputs && t.autocorrelation > limits.not_white && t.whiteness_p < limits.not_white_p)
+  if (!is_of_inputs(t, policy) && t.autocorrelation > limits.not_white && t.whiteness_p < limits.not_white_p)
     return because(Verdict::undecided, Reason::not_white);
   if (errs_grossly(t.far_parameters, t.error_share, policy)) return because(Verdict::undecided, Reason::far_parameters);
   return because(Verdict::no_mismatch, Reason::nothing_left);
@@ -40,6 +43,13 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
   const bool errs = h.error_share >= limits.error_of_forms;
   const double tests_p = decision.p_value;
   Verdict& verdict = decision.verdict;
+  if (!h.is_named && h.is_latent) {
+    verdict = Verdict::mismatch;
+    decision.p_value = std::min(tests_p, std::min(1.0, tests(policy) * h.chance_of_latent));
+    decision.claims_unknown = true;
+    decision.is_complete = false;
+    return;
+  }
   if (h.is_named) {
     verdict = Verdict::mismatch;
     decision.p_value = std::min(tests_p, std::min(1.0, tests(policy) * h.chance_of_best));
@@ -66,7 +76,12 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
 
 Decision decide(const Found& found, const Policy& policy) {
   Decision decision = decide_tests(found, policy);
-  if (found.hypotheses) decide_hypotheses(*found.hypotheses, found.false_alarm, policy, decision);
+  if (found.hypotheses) {
+    HypothesesFound hypotheses = *found.hypotheses;
+    // The past of inputs that are known at the samples alone is no cause.
+    hypotheses.is_latent &= !is_of_inputs(found.tests, policy);
+    decide_hypotheses(hypotheses, found.false_alarm, policy, decision);
+  }
   if (found.sensors.count > 0) {
     decision.verdict = Verdict::mismatch;
     decision.claims_sensors = true;

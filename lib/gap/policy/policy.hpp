@@ -351,6 +351,25 @@ struct ComparePolicy {
   double close_odds = 3.0;  ///< [nats] of posterior odds within which fits are continued before they are compared | origin: choice
   std::size_t starts_of_places = 4;  ///< [starts] of a bank, a fender or a line | origin: choice, time
   double pair_gain = 10.0;  ///< [nats] by which a pair must be expected to gain more than one effect | origin: choice
+  std::array<double, 5> latent_sizes{0.1, 0.3, 1.0, 3.0, 9.0};  ///< [reference accelerations] root mean square of a latent force | origin: choice, from a tenth of what is worth finding to far more
+  std::array<double, 2> latent_lengths{1.5, 5.0};  ///< [L_pp] over which a force that depends on the place changes | origin: choice
+  std::int64_t latent_harmonics = 3;  ///< [harmonics] of the heading | origin: choice
+  std::int64_t latent_periods = 20;  ///< [periods] that are tried, in equal ratios | origin: choice: nearer than a coherent oscillation tells apart
+  double shortest_period_s = 8.0;  ///< [s] at 3 m, times sqrt(L) | origin: choice
+  double longest_period_s = 100.0;  ///< [s] at 3 m, times sqrt(L) | origin: choice
+  double coherent_periods = 3.0;  ///< [periods] after which an oscillation has lost its phase | origin: choice
+  double coherent_share = 0.17;  ///< [-] of a recording: or after this part of it | origin: choice, time
+  std::array<double, 3> fading_s{5.0, 15.0, 45.0};  ///< [s] at 3 m, times sqrt(L): in which the past fades | origin: choice
+  std::int64_t ringing_periods = 17;  ///< [periods] with which it rings, in equal ratios | origin: choice: nearer than its damping tells apart
+  double shortest_ringing_s = 4.0;  ///< [s] at 3 m, times sqrt(L) | origin: choice
+  double longest_ringing_s = 40.0;  ///< [s] at 3 m, times sqrt(L) | origin: choice
+  double ringing_damping = 0.1;  ///< [-] of critical damping | origin: choice
+  double certain_motion_sd = 3.0;  ///< [sd] root mean square of what a past motion or order differs from the present, as it is known: less is no cause | origin: choice
+  std::array<double, 2> latent_errors{0.5, 0.25};  ///< [-] of the model error, that may be left beside a latent force | origin: choice
+  std::size_t latent_leading = 2;  ///< [variants] of a kind that are tried with less model error | origin: choice, time
+  std::int64_t latent_landmarks = 120;  ///< [points] between which a latent force is interpolated | origin: choice, time
+  std::int64_t latent_functions = 12;  ///< [columns] at most, of one axis | origin: choice, time
+  double latent_share = 0.01;  ///< [-] of a latent force's variance: columns with less are left out | origin: choice
   std::size_t most_tugs = 8;  ///< [intervals] of different recordings | origin: choice, time
   double position_evidence = 5.0;  ///< [nats] for a residual that depends on the position: walls and lines are tried | origin: choice
   std::size_t draws_of_nothing = 4000;  ///< [draws] of campaigns in which nothing is missing | origin: choice, time

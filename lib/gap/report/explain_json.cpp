@@ -99,6 +99,20 @@ Json to_json(const ShipFile& file) {
           {"findings", findings}};
 }
 
+Json argument_of(const LatentForce& kind) {
+  Json axes = Json::array();
+  for (const int axis : kind.axes) axes.push_back(kAxisNames[static_cast<std::size_t>(axis)]);
+  Json result{{"axes", axes}};
+  if (kind.on == Dependence::place) result["length_m"] = number(kind.argument);
+  if (kind.on == Dependence::period || kind.rings) result["period_s"] = number(kind.argument);
+  if (kind.on == Dependence::memory && !kind.rings) result["fades_in_s"] = number(kind.argument);
+  return result;
+}
+
+Json to_json(const LatentForce& kind) {
+  return {{"kind", word(kind.on)}, {"argument", argument_of(kind)}, {"log_evidence", number(kind.log_evidence)}};
+}
+
 // How probable it is that each effect or fault acts, and that a coefficient is off: over all hypotheses that have it.
 Json inclusion_of(const Explanation& explanation) {
   std::map<std::string, double> inclusion;
@@ -115,6 +129,9 @@ Json inclusion_of(const Explanation& explanation) {
 }  // namespace
 
 Json to_json(const Explanation& explanation) {
+  Json kinds = Json::array();
+  for (const LatentForce& kind : explanation.unknown_kinds) kinds.push_back(to_json(kind));
+  const LatentForce* kind = unknown_kind(explanation);
   Json modules = Json::object();
   for (const CalibratedModule& module : explanation.ship_file.modules) modules[module.name] = number(module.gain);
   Json beyond;
@@ -155,6 +172,9 @@ Json to_json(const Explanation& explanation) {
       {"inclusion", inclusion_of(explanation)},
       {"sets", sets},
       {"chosen", explanation.chosen},
+      {"unknown_kind", kind != nullptr ? Json(word(kind->on)) : Json()},
+      {"unknown_argument", kind != nullptr ? argument_of(*kind) : Json()},
+      {"unknown_kinds", kinds},
       {"is_complete", explanation.is_complete},
       {"left_p_value", number(explanation.left_p_value)},
       {"heldout_gain_nats", number(explanation.heldout_gain)},

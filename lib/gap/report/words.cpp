@@ -21,6 +21,11 @@ const Explained* chosen_of(const Explanation& explanation) {
   return nullptr;
 }
 
+const LatentForce* unknown_kind(const Explanation& explanation) {
+  return has_terms(explanation.chosen) && !explanation.unknown_kinds.empty() ? &explanation.unknown_kinds.front()
+                                                                             : nullptr;
+}
+
 std::string_view word(Verdict verdict) {
   switch (verdict) {
     case Verdict::mismatch:
@@ -77,6 +82,12 @@ std::vector<std::string> clauses_of(const Explanation& explanation) {
   return clauses;
 }
 
+// ": a turning moment ...", where the catalogue does not hold what acts.
+std::string kind_of_unknown(const Explanation& explanation) {
+  const LatentForce* kind = unknown_kind(explanation);
+  return kind != nullptr ? ": " + phrase(*kind) : "";
+}
+
 std::string physics_of(const Explanation& explanation) {
   switch (explanation.verdict) {
     case Verdict::no_mismatch:
@@ -87,10 +98,11 @@ std::string physics_of(const Explanation& explanation) {
       break;
   }
   const std::vector<std::string> clauses = clauses_of(explanation);
-  if (clauses.empty()) return "Something acts that the catalogue does not hold";
-  return fmt::format("{} explain{} the difference{}", capitalized(fmt::format("{}", fmt::join(clauses, " and "))),
-                     clauses.size() > 1 ? "" : "s",
-                     has_terms(explanation.chosen) ? " in part; the rest is not in the catalogue" : "");
+  if (clauses.empty()) return "Something acts that the catalogue does not hold" + kind_of_unknown(explanation);
+  return fmt::format(
+      "{} explain{} the difference{}", capitalized(fmt::format("{}", fmt::join(clauses, " and "))),
+      clauses.size() > 1 ? "" : "s",
+      has_terms(explanation.chosen) ? " in part; the rest is not in the catalogue" + kind_of_unknown(explanation) : "");
 }
 
 // The findings on the ship file that matter most.

@@ -14,6 +14,8 @@ std::string_view word(Verdict verdict);
 
 /// The hypothesis that is claimed; nullptr: none.
 const Explained* chosen_of(const Explanation& explanation);
+/// On what depends what the catalogue does not hold; null where that is not claimed.
+const LatentForce* unknown_kind(const Explanation& explanation);
 
 /// The cause of an interval in which an ensemble was not trained.
 inline constexpr const char* kUntrained = "untrained region";

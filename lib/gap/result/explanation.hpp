@@ -8,6 +8,7 @@
 
 #include "gap/policy/policy.hpp"
 #include "gap/result/findings.hpp"
+#include "gap/result/latent_force.hpp"
 #include "gap/result/ship_file.hpp"
 #include "recording/trajectory.hpp"
 #include "ship/ship.hpp"
@@ -113,6 +114,7 @@ struct Explanation {
   std::vector<std::string> chosen;                     ///< names; "unknown" where the catalogue does not hold it
   bool is_complete = true;                             ///< whether nothing significant is left beside what was chosen
   double left_p_value = 1.0;                           ///< of what is left then
+  std::vector<LatentForce> unknown_kinds;              ///< what that may be by what it depends on, the likeliest first
   std::vector<ParameterShift> parameters;              ///< of the ship, with what was chosen
   std::vector<EffectEntry> effects;                    ///< that ship.json has more than the ship
   std::vector<CoefficientFactor> coefficient_factors;  ///< and these, if it then follows what is left out better

@@ -280,9 +280,8 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, s
   explanation.next = next_maneuvers(campaign, possible, weight, options.locate.jobs, options.locate.seed);
 }
 
-void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double p_value) {
-  const double p = std::clamp(p_value, kPolicy.compare.least_p, std::exp(-1.0)),
-               odds = -std::exp(1.0) * p * std::log(p);
+void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double odds_of_nothing) {
+  const double odds = odds_of_nothing;
   double named = 0.0;
   for (const Explained& hypothesis : explanation.hypotheses)
     if (!hypothesis.effects.empty() && hypothesis.effects != beside) named += hypothesis.probability;
@@ -308,6 +307,14 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
   unknown.said = {{name_of_terms(), "Something acts that the catalogue does not hold.",
                    "the maneuvers in which what is left is largest"}};
   explanation.hypotheses.push_back(std::move(unknown));
+}
+
+void say_kind_of_unknown(Explanation& explanation) {
+  if (explanation.unknown_kinds.empty()) return;
+  for (Explained& hypothesis : explanation.hypotheses)
+    for (Said& said : hypothesis.said)
+      if (said.name == name_of_terms() && hypothesis.effects == explanation.chosen)
+        said.sentence += fmt::format(" It is likeliest {}.", phrase(explanation.unknown_kinds.front()));
 }
 
 void add_sensors(Explanation& explanation, const Findings& findings) {

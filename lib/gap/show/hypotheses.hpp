@@ -11,10 +11,12 @@ namespace leeway::gap {
 void report_hypotheses(Explanation& explanation, const Comparison& comparison, std::size_t chosen,
                        const Campaign& campaign, const GapExplainOptions& options);
 
-/// Something that the catalogue does not hold, beside what was chosen: as probable as its p-value lets it be. The
-/// p-value bounds the odds for nothing by -e p ln p (Sellke, Bayarri & Berger 2001, The American Statistician 55,
-/// 62-71).
-void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double p_value);
+/// Something that the catalogue does not hold, beside what was chosen.
+///   odds_of_nothing  against it
+void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double odds_of_nothing);
+
+/// Says of what the catalogue does not hold on what it depends.
+void say_kind_of_unknown(Explanation& explanation);
 
 /// Faults of sensors and conventions were corrected first: each hypothesis has them, but that nothing at all is wrong.
 void add_sensors(Explanation& explanation, const Findings& findings);

@@ -234,6 +234,24 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
          h.error_share = 0.05;
        },
        Verdict::undecided, false, false, true},
+      {"no name, but what it depends on: unknown, however small",
+       [](Found&, HypothesesFound& h) {
+         h.is_named = false;
+         h.is_latent = true;
+         h.chance_of_latent = 1e-5;
+         h.error_share = 0.02;
+       },
+       Verdict::mismatch, false, true, false},
+      {"a name, and what it may depend on instead: the name", [](Found&, HypothesesFound& h) { h.is_latent = true; },
+       Verdict::mismatch, true, false, true},
+      {"no name, what it depends on, but of a simulation whose inputs are known at samples alone: nothing",
+       [](Found& f, HypothesesFound& h) {
+         h.is_named = false;
+         h.is_latent = true;
+         f.tests.is_noise_free = true;
+         f.tests.error_share = 0.01;
+       },
+       Verdict::undecided, false, false, true},
       {"no name, barely seen: undecided",
        [](Found& f, HypothesesFound& h) {
          f.tests.intervals_p = p_of(0.5, f);

@@ -1,0 +1,437 @@
+#include "gap/compare/latent_forces.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+
+#include "core/linear_algebra.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "gap/detect/effect_library.hpp"
+#include "gap/filter/reference_units.hpp"
+#include "gap/fit/levels.hpp"
+#include "gap/locate/patterns.hpp"
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+namespace {
+
+constexpr const ComparePolicy& kOf = kPolicy.compare;
+constexpr int kGroups = 3;
+
+// Columns of accelerations in units of reference_acceleration(), in three groups that may act together: those on
+// surge, sway and yaw, or in earth axes.
+struct Basis {
+  Dependence on = Dependence::place;
+  double argument = kMissing;
+  bool is_of_recording = false;  // whether each stretch has strengths of its own
+  bool rings = false;
+  std::array<Eigen::Index, kGroups> counts{};  // columns of each group
+  std::vector<Eigen::MatrixXd> values{};       // by stretch: 3 x (steps * columns)
+  Eigen::Index columns() const { return counts[0] + counts[1] + counts[2]; }
+};
+
+// Groups of a basis that act together, and the axes on which they do.
+struct Variant {
+  std::vector<int> groups, axes;
+};
+
+std::vector<Variant> variants_of(Dependence on) {
+  if (on == Dependence::place) return {{{0, 1}, {0, 1}}, {{0, 1, 2}, {0, 1, 2}}};
+  if (on == Dependence::period) return {{{0}, {0}}, {{1}, {1}}, {{2}, {2}}};
+  return {{{0}, {0}}, {{1, 2}, {1, 2}}, {{0, 1, 2}, {0, 1, 2}}};
+}
+
+using Moments = std::vector<std::vector<Moment>>;  // by stretch and step
+
+// The leading functions of a Gaussian process over points (dimensions x points) whose covariance is `kernel` of two
+// points, 1 of one with itself (Nystrom's method): points x functions.
+Eigen::MatrixXd leading_functions(const Eigen::MatrixXd& points,
+                                  const std::function<double(const Eigen::VectorXd&, const Eigen::VectorXd&)>& kernel) {
+  const Eigen::Index n = points.cols(), m = std::min<Eigen::Index>(n, kOf.latent_landmarks);
+  std::vector<Eigen::Index> at;
+  for (Eigen::Index i = 0; i < m; ++i) at.push_back((2 * i + 1) * n / (2 * m));
+  Eigen::MatrixXd K(m, m), across(n, m);
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const Eigen::VectorXd there = points.col(at[static_cast<std::size_t>(j)]);
+    for (Eigen::Index i = 0; i < n; ++i) across(i, j) = kernel(points.col(i), there);
+  }
+  for (Eigen::Index i = 0; i < m; ++i) K.row(i) = across.row(at[static_cast<std::size_t>(i)]);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(K);
+  Eigen::Index count = 0;
+  while (count < std::min<Eigen::Index>(m, kOf.latent_functions) &&
+         eigen.eigenvalues()[m - 1 - count] > kOf.latent_share * static_cast<double>(m))
+    ++count;
+  return across * eigen.eigenvectors().rightCols(count) *
+         eigen.eigenvalues().tail(count).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+// Puts the groups' columns of each step on the axes: in_group[g] of a step, one number for each of its columns.
+using OfStep = std::function<std::array<Eigen::VectorXd, kGroups>(std::size_t stretch, std::size_t step)>;
+Basis basis_of(Dependence on, double argument, const Moments& moments, const OfStep& of_step) {
+  Basis basis{on, argument};
+  for (std::size_t s = 0; s < moments.size(); ++s) {
+    basis.values.emplace_back();
+    for (std::size_t k = 0; k < moments[s].size(); ++k) {
+      const std::array<Eigen::VectorXd, kGroups> here = of_step(s, k);
+      for (std::size_t g = 0; g < kGroups; ++g) basis.counts[g] = here[g].size();
+      const Eigen::Index columns = basis.columns();
+      if (k == 0) basis.values[s] = Eigen::MatrixXd::Zero(3, static_cast<Eigen::Index>(moments[s].size()) * columns);
+      auto out = basis.values[s].middleCols(static_cast<Eigen::Index>(k) * columns, columns);
+      Eigen::Index column = 0;
+      const double c = std::cos(moments[s][k].psi), sn = std::sin(moments[s][k].psi);
+      for (int g = 0; g < kGroups; ++g)
+        for (const double value : here[static_cast<std::size_t>(g)]) {
+          if (on == Dependence::place && g < 2)
+            out.col(column++).head<2>() = value * (g == 0 ? Vec2<double>(c, -sn) : Vec2<double>(sn, c));
+          else
+            out(g, column++) = value;
+        }
+    }
+  }
+  return basis;
+}
+
+// Scales the columns of each group, all alike in size, so that together they make a root mean square of 1.
+void normalize(Basis& basis) {
+  const Eigen::Index columns = basis.columns();
+  Eigen::VectorXd square = Eigen::VectorXd::Zero(columns);
+  double steps = 0.0;
+  for (const Eigen::MatrixXd& values : basis.values) {
+    for (Eigen::Index i = 0; i < values.cols(); ++i) square[i % columns] += values.col(i).squaredNorm();
+    steps += static_cast<double>(values.cols() / std::max<Eigen::Index>(columns, 1));
+  }
+  Eigen::VectorXd scale(columns);
+  Eigen::Index column = 0;
+  for (const Eigen::Index count : basis.counts)
+    for (Eigen::Index i = 0; i < count; ++i, ++column) {
+      const double rms = std::sqrt(square[column] / steps);
+      scale[column] =
+          rms > kPolicy.locate.least_pattern_rms ? 1.0 / (rms * std::sqrt(static_cast<double>(count))) : 0.0;
+    }
+  for (Eigen::MatrixXd& values : basis.values)
+    for (Eigen::Index i = 0; i < values.cols(); ++i) values.col(i) *= scale[i % columns];
+}
+
+std::vector<Basis> places(const Moments& moments, double L_pp) {
+  std::vector<Basis> result;
+  Eigen::Index points = 0;
+  for (const auto& stretch : moments) points += static_cast<Eigen::Index>(stretch.size());
+  Eigen::MatrixXd at(2, points);
+  std::vector<Eigen::Index> first;
+  Eigen::Index i = 0;
+  for (const auto& stretch : moments) {
+    first.push_back(i);
+    for (const Moment& m : stretch) at.col(i++) << m.x0, m.y0;
+  }
+  for (const double lengths : kOf.latent_lengths) {
+    const double length = lengths * L_pp;
+    const Eigen::MatrixXd functions = leading_functions(at, [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+      return std::exp(-0.5 * (a - b).squaredNorm() / (length * length));
+    });
+    result.push_back(basis_of(Dependence::place, length, moments, [&](std::size_t s, std::size_t k) {
+      const Eigen::VectorXd f = functions.row(first[s] + static_cast<Eigen::Index>(k)).transpose();
+      return std::array<Eigen::VectorXd, kGroups>{f, f, f};
+    }));
+  }
+  return result;
+}
+
+Basis headings(const Moments& moments) {
+  Basis basis = basis_of(Dependence::heading, kMissing, moments, [&](std::size_t s, std::size_t k) {
+    Eigen::VectorXd f(2 * kOf.latent_harmonics);
+    for (Eigen::Index h = 0; h < kOf.latent_harmonics; ++h) {
+      const double angle = static_cast<double>(h + 1) * moments[s][k].psi;
+      f.segment<2>(2 * h) << std::cos(angle), std::sin(angle);
+    }
+    return std::array<Eigen::VectorXd, kGroups>{f, f, f};
+  });
+  normalize(basis);
+  return basis;
+}
+
+std::vector<double> in_equal_ratios(std::int64_t count, double first, double last) {
+  std::vector<double> result;
+  for (std::int64_t i = 0; i < count; ++i)
+    result.push_back(first * std::pow(last / first, static_cast<double>(i) / static_cast<double>(count - 1)));
+  return result;
+}
+
+// Oscillations that keep their phase for a few periods, or a part of the recording.
+std::vector<Basis> periods(const Moments& moments, double time_unit) {
+  std::vector<Basis> result;
+  for (const double period_s : in_equal_ratios(kOf.latent_periods, kOf.shortest_period_s, kOf.longest_period_s)) {
+    const double period = time_unit * period_s;
+    std::vector<Eigen::MatrixXd> functions;
+    Eigen::Index count = 0;
+    for (const auto& stretch : moments) {
+      Eigen::MatrixXd at(1, static_cast<Eigen::Index>(stretch.size()));
+      for (std::size_t k = 0; k < stretch.size(); ++k) at(0, static_cast<Eigen::Index>(k)) = stretch[k].t_s;
+      const double coherent =
+          std::max(kOf.coherent_periods * period, kOf.coherent_share * (stretch.back().t_s - stretch.front().t_s));
+      functions.push_back(leading_functions(at, [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+        const double apart = a[0] - b[0];
+        return std::cos(2.0 * kPi * apart / period) * std::exp(-0.5 * apart * apart / (coherent * coherent));
+      }));
+      count = std::max(count, functions.back().cols());
+    }
+    result.push_back(basis_of(Dependence::period, period, moments, [&](std::size_t s, std::size_t k) {
+      Eigen::VectorXd f = Eigen::VectorXd::Zero(count);
+      f.head(functions[s].cols()) = functions[s].row(static_cast<Eigen::Index>(k)).transpose();
+      return std::array<Eigen::VectorXd, kGroups>{f, f, f};
+    }));
+    result.back().is_of_recording = true;
+  }
+  return result;
+}
+
+// What forces follow, first even ones in surge, then odd ones in sway and yaw, in units that do not matter.
+constexpr Eigen::Index kEvenMotions = 5;
+Eigen::VectorXd motions(const Moment& m, double L_pp) {
+  const Actuators<double>& a = m.actuators;
+  const double w = m.r * L_pp, thrust = a[Channel::n_p] * std::abs(a[Channel::n_p]),
+               s = std::sin(a[Channel::delta]) + 0.5 * (std::sin(a[Channel::delta_p]) + std::sin(a[Channel::delta_s]));
+  return (Eigen::VectorXd(10) << m.u * std::abs(m.u), m.v * m.v, w * w, std::abs(w) * m.U, thrust, m.u * m.v, m.U * w,
+          w * std::abs(w), thrust * s, a[Channel::n_bt] * std::abs(a[Channel::n_bt]))
+      .finished();
+}
+
+// By how much each of them is uncertain at a moment, squared, as velocities and rudder angles there are.
+Eigen::VectorXd squared_errors(const Moment& m, double L_pp, const Vec3<double>& nu_sd) {
+  const Eigen::VectorXd here = motions(m, L_pp);
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(here.size());
+  const auto add = [&](Moment other) {
+    other.U = std::hypot(other.u, other.v);
+    result += (motions(other, L_pp) - here).cwiseAbs2();
+  };
+  Moment other = m;
+  other.u += nu_sd[0], add(other), other = m;
+  other.v += nu_sd[1], add(other), other = m;
+  other.r += nu_sd[2], add(other), other = m;
+  for (const Channel rudder : {Channel::delta, Channel::delta_p, Channel::delta_s})
+    other.actuators[rudder] += kKnownAngle, add(other), other = m;
+  return result;
+}
+
+// The past of quantities, less what they are now: it fades in a time, or rings with that period.
+class Past {
+ public:
+  Past(double time_s, bool rings) : time_s_(time_s), rings_(rings) {}
+
+  /// Where the quantities have been `now` for dt.
+  const Eigen::VectorXd& next(const Eigen::VectorXd& now, double dt) {
+    if (now_.size() == 0) now_ = now, past_ = rate_ = Eigen::VectorXd::Zero(now.size());
+    past_ += now_ - now;
+    now_ = now;
+    if (!rings_) {
+      past_ *= std::exp(-dt / time_s_);
+    } else {
+      constexpr double damping = kOf.ringing_damping;
+      const double all = 2.0 * kPi / time_s_, lost = damping * all, omega = all * std::sqrt(1.0 - damping * damping);
+      const double less = std::exp(-lost * dt), c = less * std::cos(omega * dt),
+                   s = less * std::sin(omega * dt) / omega;
+      const Eigen::VectorXd before = past_;
+      past_ = (c + lost * s) * before + s * rate_;
+      rate_ = (c - lost * s) * rate_ - all * all * s * before;
+    }
+    return past_;
+  }
+
+ private:
+  double time_s_;
+  bool rings_;
+  Eigen::VectorXd now_, past_, rate_;
+};
+
+// What differs from the present by no more than it is uncertain is left out: on a held course the past of small errors
+// is no cause.
+Basis memory(const Moments& moments, double L_pp, double time_s, bool rings, const Vec3<double>& nu_sd) {
+  std::vector<std::vector<Eigen::VectorXd>> all(moments.size());
+  Eigen::VectorXd error, square;
+  for (std::size_t s = 0; s < moments.size(); ++s) {
+    Past past(time_s, rings);
+    for (std::size_t k = 0; k < moments[s].size(); ++k) {
+      all[s].push_back(
+          past.next(motions(moments[s][k], L_pp), k > 0 ? moments[s][k].t_s - moments[s][k - 1].t_s : 0.0));
+      if (error.size() == 0) error = square = Eigen::VectorXd::Zero(all[s][k].size());
+      error += squared_errors(moments[s][k], L_pp, nu_sd);
+      square += all[s][k].cwiseAbs2();
+    }
+  }
+  for (Eigen::Index i = 0; i < error.size(); ++i)
+    if (square[i] < kOf.certain_motion_sd * kOf.certain_motion_sd * error[i])
+      for (auto& stretch : all)
+        for (Eigen::VectorXd& here : stretch) here[i] = 0.0;
+  Basis basis = basis_of(Dependence::memory, time_s, moments, [&](std::size_t s, std::size_t k) {
+    const Eigen::VectorXd &here = all[s][k], odd = here.tail(here.size() - kEvenMotions);
+    return std::array<Eigen::VectorXd, kGroups>{here.head(kEvenMotions), odd, odd};
+  });
+  basis.rings = rings;
+  normalize(basis);
+  return basis;
+}
+
+std::vector<Basis> bases_of(const Campaign& campaign, const FittedNull& fit, const Moments& moments) {
+  const Vec3<double> nu_sd = fit.noise.measurement_sd.tail<3>();
+  const double L_pp = campaign.ship.particulars.L_pp, time_unit = std::sqrt(L_pp / kPolicy.reference_length_m);
+  std::vector<Basis> result;
+  if (campaign.has_position) result = places(moments, L_pp);
+  if (campaign.has_heading) result.push_back(headings(moments));
+  for (Basis& basis : periods(moments, time_unit)) result.push_back(std::move(basis));
+  for (const double time_s : kOf.fading_s) result.push_back(memory(moments, L_pp, time_unit * time_s, false, nu_sd));
+  for (const double time_s : in_equal_ratios(kOf.ringing_periods, kOf.shortest_ringing_s, kOf.longest_ringing_s))
+    result.push_back(memory(moments, L_pp, time_unit * time_s, true, nu_sd));
+  return result;
+}
+
+double log_mean_exp(const std::vector<double>& x) {
+  const double most = *std::ranges::max_element(x);
+  double sum = 0.0;
+  for (const double one : x) sum += std::exp(one - most);
+  return most + std::log(sum / static_cast<double>(x.size()));
+}
+
+// The evidence about theta where columns [first, ...) with standard normal strengths times `size` act as well.
+Evidence without_columns(const Evidence& all, Eigen::Index known, const std::vector<Eigen::Index>& columns,
+                         double size) {
+  Evidence result(known);
+  result.measurements = all.measurements;
+  const auto n = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd M = size * size * all.F(columns, columns);
+  M.diagonal().array() += 1.0;
+  const Eigen::LLT<Eigen::MatrixXd> factor(M);
+  const Eigen::VectorXd b = size * all.b(columns);
+  const Eigen::MatrixXd cross = size * all.F.topRows(known)(Eigen::indexing::all, columns);
+  const Eigen::MatrixXd solved = factor.solve(cross.transpose());
+  result.b = all.b.head(known) - solved.transpose() * b;
+  result.F = all.F.topLeftCorner(known, known) - cross * solved;
+  result.log_likelihood = all.log_likelihood + 0.5 * b.dot(factor.solve(b)) -
+                          (n > 0 ? factor.matrixLLT().diagonal().array().log().sum() : 0.0);
+  return result;
+}
+
+// The model error of a fit, a share of it on some axes, with or without the events.
+struct ModelError {
+  std::vector<int> axes{};
+  double share = 1.0;
+  bool knows_events = true;
+};
+
+class Search {
+ public:
+  Search(const Campaign& campaign, const FittedNull& fit, std::size_t jobs)
+      : fit_(fit), unit_(reference_acceleration(campaign.ship)), jobs_(jobs) {
+    Basis nothing;
+    nothing.values.resize(fit.stretches.size());
+    for (const bool knows_events : {true, false}) {
+      const ModelError error{{}, 1.0, knows_events};
+      none_ = std::max(none_, evidence_with(nothing, {}, parts(nothing, error), error));
+    }
+  }
+
+  /// Evidence of each stretch about theta and the columns.
+  std::vector<Evidence> parts(const Basis& basis, const ModelError& error) const {
+    Noise noise = fit_.noise;
+    noise.knows_events = error.knows_events;
+    for (const int axis : error.axes) noise.sigma_w[axis] *= error.share;
+    const Eigen::Index count = basis.columns();
+    std::vector<Evidence> result(fit_.stretches.size());
+    parallel_for(result.size(), jobs_, [&](std::size_t s) {
+      const LinearStretch& stretch = fit_.stretches[s];
+      result[s] = evidence(stretch, noise, count, [&](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
+        out.noalias() = stretch.steps[k].A.middleCols<3>(kErrorStart) *
+                        (unit_.asDiagonal() * basis.values[s].middleCols(static_cast<Eigen::Index>(k) * count, count));
+      });
+    });
+    return result;
+  }
+
+  /// What a variant gains, averaged over sizes.
+  double gain(const Basis& basis, const Variant& variant, const std::vector<Evidence>& parts,
+              const ModelError& error) const {
+    return evidence_with(basis, variant, parts, error) - none_;
+  }
+  double gain(const Basis& basis, const Variant& variant, const ModelError& error) const {
+    return gain(basis, variant, parts(basis, error), error);
+  }
+
+ private:
+  double evidence_with(const Basis& basis, const Variant& variant, const std::vector<Evidence>& parts,
+                       const ModelError& error) const {
+    const Eigen::Index known = fit_.theta.size();
+    std::vector<Eigen::Index> columns;
+    Eigen::Index first = known;
+    for (int g = 0; g < kGroups; ++g) {
+      const Eigen::Index count = basis.counts[static_cast<std::size_t>(g)];
+      for (Eigen::Index i = 0; i < count && std::ranges::find(variant.groups, g) != variant.groups.end(); ++i)
+        columns.push_back(first + i);
+      first += count;
+    }
+    Evidence together(known + basis.columns());
+    for (const Evidence& part : parts) together += part;
+    std::vector<double> by_size;
+    for (const double size : kOf.latent_sizes) {
+      Evidence total(known);
+      if (basis.is_of_recording)
+        for (const Evidence& part : parts) total += without_columns(part, known, columns, size);
+      else
+        total = without_columns(together, known, columns, size);
+      by_size.push_back(marginal(total, fit_.theta, fit_.prior_sd));
+    }
+    return log_mean_exp(by_size) + (error.knows_events ? fit_.log_prior_of_events : 0.0);
+  }
+
+  const FittedNull& fit_;
+  Vec3<double> unit_;
+  std::size_t jobs_;
+  double none_ = -std::numeric_limits<double>::infinity();
+};
+
+struct Tried {
+  std::size_t basis;
+  Variant variant;
+  double gain;
+};
+
+}  // namespace
+
+std::vector<LatentForce> latent_forces(const Campaign& campaign, const FittedNull& fit, std::size_t jobs) {
+  Moments moments;
+  for (const LinearStretch& stretch : fit.stretches) {
+    moments.emplace_back();
+    for (std::size_t k = 0; k < stretch.steps.size(); ++k) {
+      moments.back().push_back(moment_of(stretch, k));
+    }
+  }
+  const std::vector<Basis> bases = bases_of(campaign, fit, moments);
+  const Search search(campaign, fit, jobs);
+  std::map<Dependence, std::vector<Tried>> tried;
+  for (std::size_t b = 0; b < bases.size(); ++b) {
+    const std::vector<Evidence> parts = search.parts(bases[b], {});
+    for (const Variant& variant : variants_of(bases[b].on))
+      tried[bases[b].on].push_back({b, variant, search.gain(bases[b], variant, parts, {})});
+  }
+  std::vector<LatentForce> result;
+  for (auto& [on, all] : tried) {
+    std::ranges::sort(all, std::greater(), &Tried::gain);
+    // With a force of its own the everyday model error is smaller, and what seemed events may be none.
+    for (std::size_t i = 0; i < std::min(all.size(), kOf.latent_leading); ++i) {
+      const Basis& basis = bases[all[i].basis];
+      for (const double share : kOf.latent_errors)
+        all[i].gain = std::max(all[i].gain, search.gain(basis, all[i].variant, {all[i].variant.axes, share}));
+      all[i].gain = std::max(all[i].gain, search.gain(basis, all[i].variant, {{}, 1.0, false}));
+    }
+    const auto best = std::ranges::max_element(all, {}, &Tried::gain);
+    std::vector<double> gains;
+    for (const Tried& one : all) gains.push_back(one.gain);
+    const Basis& basis = bases[best->basis];
+    result.push_back({on, best->variant.axes, basis.argument, basis.rings, log_mean_exp(gains)});
+  }
+  std::ranges::sort(result, std::greater(), &LatentForce::log_evidence);
+  return result;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,73 @@
+#include "gap/compare/latent_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+#include "gap/simulated_campaign.hpp"
+
+using namespace leeway;
+using gap::Dependence;
+using gap::LatentForce;
+
+namespace {
+
+std::vector<LatentForce> found_in(const std::vector<EffectEntry>& planted, double duration_s = 240.0) {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const test::SimulatedCampaign of{.ship = "esso-osaka-3m", .recordings = 3, .duration_s = duration_s, .wind_mps = 0.0};
+  Ship true_ship = ship;
+  true_ship.effects = planted;
+  const gap::Campaign campaign = gap::prepare(ship, test::recorded(of, true_ship), {});
+  return gap::latent_forces(campaign, gap::fit_null(campaign, {.jobs = 2}), 2);
+}
+
+// Pushes to one side and the other at a place, in turn.
+std::vector<EffectEntry> square_wave(double force_N, double x_m, double period_s, double until_s) {
+  std::vector<EffectEntry> pushes;
+  for (int half = 0; half * 0.5 * period_s < until_s; ++half)
+    pushes.push_back({"tug",
+                      {{"force_N", force_N},
+                       {"direction_deg", half % 2 == 0 ? 90.0 : -90.0},
+                       {"x_m", x_m},
+                       {"y_m", 0.0},
+                       {"t_start_s", half * 0.5 * period_s},
+                       {"t_end_s", (half + 1) * 0.5 * period_s}}});
+  return pushes;
+}
+
+}  // namespace
+
+TEST_CASE("latent forces: where nothing is missing no kind gains what a claim needs", "[gap]") {
+  for (const LatentForce& kind : found_in({})) {
+    CAPTURE(gap::phrase(kind));
+    CHECK(kind.log_evidence < 4.6);  // a hundred to one
+  }
+}
+
+TEST_CASE("latent forces: a force that comes in turns has its period", "[gap]") {
+  const std::vector<LatentForce> kinds = found_in(square_wave(0.15, 0.0, 30.0, 240.0));
+  REQUIRE(!kinds.empty());
+  CAPTURE(gap::phrase(kinds.front()));
+  CHECK(kinds.front().on == Dependence::period);
+  CHECK(kinds.front().axes == std::vector<int>{1});
+  CHECK(kinds.front().argument == Approx(30.0).epsilon(0.1));
+  CHECK(kinds.front().log_evidence > 10.0);
+}
+
+TEST_CASE("latent forces: a line to an anchor is a force that depends on the place", "[gap]") {
+  const std::vector<LatentForce> kinds = found_in(
+      {{"mooring", {{"anchor_x_m", 10.0}, {"anchor_y_m", 5.0}, {"stiffness_npm", 0.02}, {"slack_length_m", 0.0}}}});
+  REQUIRE(!kinds.empty());
+  CAPTURE(gap::phrase(kinds.front()));
+  CHECK(kinds.front().on == Dependence::place);
+  CHECK(kinds.front().log_evidence > 10.0);
+}
+
+TEST_CASE("latent forces: rudders that lag are a memory", "[gap]") {
+  const std::vector<LatentForce> kinds = found_in({{"actuator-lag", {{"lag_s", 2.5}}}});
+  REQUIRE(!kinds.empty());
+  CAPTURE(gap::phrase(kinds.front()));
+  CHECK(kinds.front().on == Dependence::memory);
+  CHECK(kinds.front().log_evidence > 5.0);
+}
