@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "effects/description.hpp"
 #include "gap/policy/policy.hpp"
@@ -18,11 +19,9 @@ double log_prior_of_number(std::size_t effects) {
   return result;
 }
 
-//   with_ways  false: without what the choice among intervals and terms costs
-double log_prior(const Hypothesis& hypothesis, bool with_ways = true) {
+double log_prior(const Hypothesis& hypothesis) {
   double result = log_prior_of_number(hypothesis.names().size());
   for (const FreeEffect& effect : hypothesis.effects) {
-    if (!with_ways) break;
     result -= effect.log_ways();
     if (const EffectDescription& description = effect_named(effect.name());
         description.info.search == SearchStart::terms)
@@ -68,7 +67,7 @@ std::vector<double> probabilities(const std::vector<Fitted>& all, const Screened
                                   const Ship& ship) {
   // Effects of which too little was expected to be fitted beside a hypothesis share in it as well; likelier hypotheses
   // than were screened are as likely to lack another effect that does not show.
-  const auto unseen_beside = [&](std::size_t from, double temper) {
+  const auto unseen_beside = [&](std::size_t from) {
     double share = 0.0;
     const auto screened = screened_gains.find(from);
     if (screened == screened_gains.end()) return share;
@@ -79,31 +78,19 @@ std::vector<double> probabilities(const std::vector<Fitted>& all, const Screened
                       [&](const Fitted& fitted) { return name_set(fitted.hypothesis) == name_set(more); }))
         continue;
       // One linear step exaggerates: an expected gain alone makes nothing likelier than without it.
-      share += std::exp(std::min(gain, 0.0) / temper + log_prior(more) - log_prior(all[from].hypothesis));
+      share += std::exp(std::min(gain, 0.0) + log_prior(more) - log_prior(all[from].hypothesis));
     }
     return share;
   };
-  // Whether something is missing: the evidence counts whole.
-  std::vector<double> whole(all.size());
-  for (std::size_t i = 1; i < all.size(); ++i) whole[i] = log_odds(all, i);
-  const double most = *std::max_element(whole.begin(), whole.end());
-  double something = 0.0;
-  for (std::size_t i = 1; i < all.size(); ++i) something += std::exp(whole[i] - most);
-  const double nothing = std::exp(-most), total = nothing * (1.0 + unseen_beside(0, 1.0)) + something;
-  // What it is: the evidence is tempered, and with it what the choice of the place where it is largest costs; what was
-  // believed before counts whole.
-  std::vector<double> tempered(all.size(), -std::numeric_limits<double>::infinity());
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    const double prior = log_prior(all[i].hypothesis, false) - log_prior({});
-    tempered[i] = (whole[i] - prior) / kPolicy.compare.temper + prior;
-  }
-  const double largest = *std::max_element(tempered.begin(), tempered.end());
-  double sum = 0.0;
-  for (std::size_t i = 1; i < all.size(); ++i) sum += tempered[i] = std::exp(tempered[i] - largest);
-  if (screened_gains.size() > 1) sum *= 1.0 + unseen_beside(screened_gains.rbegin()->first, kPolicy.compare.temper);
-  std::vector<double> result{nothing / total};
-  for (std::size_t i = 1; i < all.size(); ++i) result.push_back(something / total * tempered[i] / sum);
-  return result;
+  std::vector<double> odds(all.size());
+  for (std::size_t i = 1; i < all.size(); ++i) odds[i] = log_odds(all, i);
+  const double most = *std::max_element(odds.begin(), odds.end());
+  for (double& one : odds) one = std::exp(one - most);
+  const double something = std::accumulate(odds.begin() + 1, odds.end(), 0.0),
+               beside = screened_gains.size() > 1 ? unseen_beside(screened_gains.rbegin()->first) : 0.0,
+               total = odds.front() * (1.0 + unseen_beside(0)) + something;
+  for (std::size_t i = 0; i < odds.size(); ++i) odds[i] /= i == 0 ? total : total * (1.0 + beside);
+  return odds;
 }
 
 }  // namespace leeway::gap

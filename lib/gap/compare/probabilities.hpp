@@ -31,8 +31,7 @@ double log_odds_of(const std::vector<LatentForce>& kinds, const std::vector<Fitt
 /// American Statistician 55, 62-71).
 double least_odds_of_nothing(double p_value);
 
-/// Of all that were fitted; between those that lack something tempered. What is missing to 1 is shared by the single
-/// effects that were screened alone.
+/// Of all that were fitted. What is missing to 1 is shared by the single effects that were screened alone.
 std::vector<double> probabilities(const std::vector<Fitted>& all, const ScreenedGains& screened, const Ship& ship);
 
 }  // namespace leeway::gap

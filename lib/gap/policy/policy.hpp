@@ -315,7 +315,6 @@ struct ComparePolicy {
   double worth_a_name = 0.02;  ///< [-] of the typical acceleration that a further effect must take away where no more is left than inputs between samples make | origin: choice
   double converged_gain = 0.5;  ///< [nats] by which a fit may still gain | origin: choice
   double better_optimum = 2.0;  ///< [nats] by which another optimum of nothing missing must be better | origin: choice
-  double temper = 3.0;  ///< [-] by which evidence between hypotheses is divided | origin: measured, calibration on concealed cases (docs/gap-explain-details.md)
   double same_width = 0.1;  ///< [ln] of a coefficient's width: less is not fitted anew | origin: choice, time
   std::int64_t most_scales = 2;  ///< [fits] that change the common scale of the coefficients' widths | origin: choice, time
   double unexcited = 0.01;  ///< [nats] of evidence: an effect that changes less is not excited | origin: choice
