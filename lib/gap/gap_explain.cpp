@@ -113,6 +113,9 @@ void decide_explanation(Explanation& explanation, const Findings& findings, cons
   const bool is_latent = selection.is_latent && !decision.claims_names;
   add_unknown(explanation, fitted,
               is_latent ? std::exp(-selection.latent_log_odds) : least_odds_of_nothing(selection.left_p_value));
+  if (!is_latent) return;
+  explanation.next.clear();  // they would distinguish names, of which none is claimed
+  explanation.p_right = explanation.hypotheses.back().probability;
 }
 
 }  // namespace

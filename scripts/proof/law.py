@@ -178,7 +178,7 @@ class Scene:
             return np.sqrt(np.sum(self.white(changes, self.kin_S) ** 2, 1))
         if not hasattr(self, "_project"):
             X = self.white(self.gradients[self.level], self.tools_S)
-            self._project = X, np.linalg.cholesky(np.linalg.inv(X @ X.T + np.diag([1.0 / m.PRIOR[k] ** 2 for k in m.FACTORS])))
+            self._project = X, np.linalg.inv(np.linalg.cholesky(X @ X.T + np.diag([1.0 / m.PRIOR[k] ** 2 for k in m.FACTORS]))).T
         X, root = self._project
         y = self.white(changes, self.tools_S)
         return np.sqrt(np.maximum(np.sum(y * y, 1) - np.sum((y @ X.T @ root) ** 2, 1), 1e-12))

@@ -29,6 +29,7 @@ struct Basis {
   double argument = kMissing;
   bool is_of_recording = false;  // whether each stretch has strengths of its own
   bool rings = false;
+  std::vector<Channel> states{};
   std::array<Eigen::Index, kGroups> counts{};  // columns of each group
   std::vector<Eigen::MatrixXd> values{};       // by stretch: 3 x (steps * columns)
   Eigen::Index columns() const { return counts[0] + counts[1] + counts[2]; }
@@ -274,12 +275,57 @@ Basis memory(const Moments& moments, double L_pp, double time_s, bool rings, con
   return basis;
 }
 
+// Functions of one quantity that the ship does or is told, or of two, where they change by more than they are
+// uncertain; of rudders their mean.
+constexpr std::array<Channel, 6> kStateChannels{Channel::u,   Channel::vm,    Channel::r,
+                                                Channel::n_p, Channel::delta, Channel::n_bt};
+std::vector<Basis> states(const Moments& moments, double L_pp, const Vec3<double>& nu_sd) {
+  std::vector<Eigen::VectorXd> all;
+  for (const auto& stretch : moments)
+    for (const Moment& m : stretch) {
+      const Actuators<double>& a = m.actuators;
+      all.push_back(Eigen::Vector<double, 6>(m.u, m.v, m.r * L_pp, a[Channel::n_p],
+                                             a[Channel::delta] + 0.5 * (a[Channel::delta_p] + a[Channel::delta_s]),
+                                             a[Channel::n_bt]));
+    }
+  Eigen::MatrixXd at(6, static_cast<Eigen::Index>(all.size()));
+  for (std::size_t i = 0; i < all.size(); ++i) at.col(static_cast<Eigen::Index>(i)) = all[i];
+  at.colwise() -= at.rowwise().mean().eval();
+  const Eigen::VectorXd sd = at.rowwise().norm() / std::sqrt(static_cast<double>(all.size()));
+  const Eigen::Vector<double, 6> error(nu_sd[0], nu_sd[1], nu_sd[2] * L_pp, 0.0, kKnownAngle, 0.0);
+  std::vector<Eigen::Index> moving;
+  for (Eigen::Index i = 0; i < at.rows(); ++i)
+    if (sd[i] > std::max(kOf.certain_motion_sd * error[i], kPolicy.locate.least_pattern_rms))
+      at.row(i) /= sd[i], moving.push_back(i);
+  std::vector<std::vector<Eigen::Index>> sets;
+  for (std::size_t i = 0; i < moving.size(); ++i) {
+    sets.push_back({moving[i]});
+    for (std::size_t j = 0; j < i; ++j) sets.push_back({moving[j], moving[i]});
+  }
+  std::vector<Basis> result;
+  for (const auto& set : sets) {
+    const double length = set.size() == 1 ? kOf.length_of_one_state : kOf.length_of_two_states;
+    const Eigen::MatrixXd functions =
+        leading_functions(at(set, Eigen::indexing::all), [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+          return std::exp(-0.5 * (a - b).squaredNorm() / (length * length));
+        });
+    Eigen::Index next = 0;
+    result.push_back(basis_of(Dependence::states, kMissing, moments, [&](std::size_t, std::size_t) {
+      const Eigen::VectorXd f = functions.row(next++).transpose();
+      return std::array<Eigen::VectorXd, kGroups>{f, f, f};
+    }));
+    for (const Eigen::Index i : set) result.back().states.push_back(kStateChannels[static_cast<std::size_t>(i)]);
+  }
+  return result;
+}
+
 std::vector<Basis> bases_of(const Campaign& campaign, const FittedNull& fit, const Moments& moments) {
   const Vec3<double> nu_sd = fit.noise.measurement_sd.tail<3>();
   const double L_pp = campaign.ship.particulars.L_pp, time_unit = std::sqrt(L_pp / kPolicy.reference_length_m);
   std::vector<Basis> result;
   if (campaign.has_position) result = places(moments, L_pp);
   if (campaign.has_heading) result.push_back(headings(moments));
+  for (Basis& basis : states(moments, L_pp, nu_sd)) result.push_back(std::move(basis));
   for (Basis& basis : periods(moments, time_unit)) result.push_back(std::move(basis));
   for (const double time_s : kOf.fading_s) result.push_back(memory(moments, L_pp, time_unit * time_s, false, nu_sd));
   for (const double time_s : in_equal_ratios(kOf.ringing_periods, kOf.shortest_ringing_s, kOf.longest_ringing_s))
@@ -428,7 +474,7 @@ std::vector<LatentForce> latent_forces(const Campaign& campaign, const FittedNul
     std::vector<double> gains;
     for (const Tried& one : all) gains.push_back(one.gain);
     const Basis& basis = bases[best->basis];
-    result.push_back({on, best->variant.axes, basis.argument, basis.rings, log_mean_exp(gains)});
+    result.push_back({on, best->variant.axes, basis.argument, basis.rings, basis.states, log_mean_exp(gains)});
   }
   std::ranges::sort(result, std::greater(), &LatentForce::log_evidence);
   return result;

@@ -14,7 +14,7 @@ namespace leeway::gap {
 ///   heading  has a few harmonics of it
 ///   period   is an oscillation whose phase is its own in each recording
 ///   memory   follows squares of past motions and orders, or rings after them, less what they are now
-///   states   is a sum of all terms of `unknown`
+///   states   is a Gaussian process over one quantity that the ship does or is told, or two
 /// Kinds of which the recordings have no column are not in the list; what depends on time alone is an interval.
 std::vector<LatentForce> latent_forces(const Campaign& campaign, const FittedNull& fit, std::size_t jobs);
 

@@ -72,6 +72,7 @@ class Selector {
     take_more();
     take_terms();
     drop_needless();
+    take_latent();
     describe_unknown();
     return std::move(selection_);
   }
@@ -208,51 +209,64 @@ class Selector {
     better(comparison_.add(0, terms_beside(campaign_, comparison_.all()[0], options_.locate.jobs)));
   }
 
-  /// What the catalogue does not hold, but is known by what it depends on, if that is likelier than all names together:
-  /// then all names are tried that can be.
+  /// What the catalogue does not hold, but is known by what it depends on. If its odds are rare all names are tried
+  /// that can be.
   void find_latent() {
     progress(0.745, "forces that the catalogue does not hold");
     selection_.latent = latent_forces(campaign_, comparison_.all()[0].fit, options_.locate.jobs);
     selection_.latent_log_odds = comparison_.log_odds_of(selection_.latent);
-    const auto is_rare = [&] {  // by Markov's inequality
-      return tests() * std::exp(-selection_.latent_log_odds) < options_.locate.false_alarm;
-    };
-    if (is_rare() && !is_searched_) {
-      is_searched_ = true;
-      fit_singles_and_pair();
-      fit_others();
-    }
-    double named = 0.0;
+    if (is_searched_ || !is_rare(latent(), options_.locate.false_alarm)) return;
+    is_searched_ = true;
+    fit_singles_and_pair();
+    fit_others();
+  }
+  LatentFound latent() const {
+    double names = 0.0;  // by the likeliest's odds
+    const double most = comparison_.log_odds(likeliest_);
     for (std::size_t i = 1; i < comparison_.all().size(); ++i)
-      if (!has_terms(hypothesis(i).names())) named += std::exp(comparison_.log_odds(i) - selection_.latent_log_odds);
-    selection_.is_latent = is_rare() && named < 1.0;
+      if (!has_terms(hypothesis(i).names())) names += std::exp(comparison_.log_odds(i) - most);
+    return {selection_.latent_log_odds, most + std::log(names), findings_.tests};
+  }
+
+  /// That, where it is likelier than all names together.
+  void take_latent() {
+    selection_.is_latent = is_claimed(latent(), options_.locate.false_alarm);
+    if (selection_.is_latent) selection_.chosen = 0;
   }
 
   /// Kinds of what may be left beside what was chosen, with those that terms and intervals stand for.
   void describe_unknown() {
     const Fitted& answer = comparison_.all()[selection_.chosen];
     std::set<std::string> bare = name_set(answer.hypothesis);
-    const bool has_terms = bare.erase(name_of_terms()) > 0;
+    const bool is_with_terms = bare.erase(name_of_terms()) > 0;
     if (selection_.chosen != 0) {
-      selection_.is_latent = false;
       selection_.latent.clear();
-      if (!has_terms && selection_.left_p_value > surely_beside(options_.locate.false_alarm)) return;
+      if (!is_with_terms && selection_.left_p_value > surely_beside(options_.locate.false_alarm)) return;
       selection_.latent = latent_forces(campaign_, answer.fit, options_.locate.jobs);
     }
-    const std::vector<int> all_axes{0, 1, 2};
-    if (const auto gain = gain_of_terms(bare))
-      selection_.latent.push_back({Dependence::states, all_axes, kMissing, false, *gain});
-    // What comes and goes is an event to the fit, and costs what events cost there.
+    if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
     const std::vector<Interval>& intervals = findings_.located.intervals;
-    if (const auto strongest = std::ranges::min_element(intervals, {}, &Interval::p_value);
-        strongest != intervals.end())
-      selection_.latent.push_back(
-          {Dependence::time,
-           {strongest->axis},
-           kMissing,
-           false,
-           answer.fit.log_prior_of_events < 0.0 ? 0.0 : -std::log(least_odds_of_nothing(strongest->p_value))});
-    std::ranges::stable_sort(selection_.latent, std::greater(), &LatentForce::log_evidence);
+    const auto strongest = std::ranges::min_element(intervals, {}, &Interval::p_value);
+    if (strongest == intervals.end()) return;
+    // What comes and goes is an event to the fit, and costs what events cost there.
+    const bool has_events = answer.fit.log_prior_of_events < 0.0;
+    add_kind({Dependence::time,
+              {strongest->axis},
+              kMissing,
+              false,
+              {},
+              has_events ? 0.0 : -std::log(least_odds_of_nothing(strongest->p_value))});
+  }
+
+  /// Of one kind the likelier.
+  void add_kind(LatentForce kind) {
+    std::vector<LatentForce>& kinds = selection_.latent;
+    const auto same = std::ranges::find(kinds, kind.on, &LatentForce::on);
+    if (same == kinds.end())
+      kinds.push_back(std::move(kind));
+    else if (same->log_evidence < kind.log_evidence)
+      *same = std::move(kind);
+    std::ranges::stable_sort(kinds, std::greater(), &LatentForce::log_evidence);
   }
 
   /// What terms gain beside effects, less what the choice among terms costs.

@@ -76,12 +76,7 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
 
 Decision decide(const Found& found, const Policy& policy) {
   Decision decision = decide_tests(found, policy);
-  if (found.hypotheses) {
-    HypothesesFound hypotheses = *found.hypotheses;
-    // The past of inputs that are known at the samples alone is no cause.
-    hypotheses.is_latent &= !is_of_inputs(found.tests, policy);
-    decide_hypotheses(hypotheses, found.false_alarm, policy, decision);
-  }
+  if (found.hypotheses) decide_hypotheses(*found.hypotheses, found.false_alarm, policy, decision);
   if (found.sensors.count > 0) {
     decision.verdict = Verdict::mismatch;
     decision.claims_sensors = true;
@@ -121,6 +116,14 @@ bool is_likelier(const Likeliest& best, double false_alarm) {
 
 bool is_certain(const Likeliest& best, double false_alarm) {
   return (is_likelier(best, false_alarm) || best.chance < false_alarm) && !(best.of_other_forms > best.probability);
+}
+
+bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy) {
+  return tests(policy) * std::exp(-latent.log_odds) < false_alarm && !is_of_inputs(latent.tests, policy);
+}
+
+bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy) {
+  return is_rare(latent, false_alarm, policy) && latent.log_odds > latent.log_odds_of_names;
 }
 
 bool is_negligible(const LeftBeside& left, double false_alarm, const Policy& policy) {

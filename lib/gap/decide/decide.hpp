@@ -104,6 +104,18 @@ bool is_likelier(const Likeliest& best, double false_alarm);
 /// since then an effect imitates them.
 bool is_certain(const Likeliest& best, double false_alarm);
 
+/// What the catalogue does not hold, but is known by what it depends on.
+struct LatentFound {
+  double log_odds = 0.0;           ///< against nothing missing [nats]
+  double log_odds_of_names = 0.0;  ///< of all fitted hypotheses of the catalogue together
+  TestsFound tests;
+};
+/// Whether such odds are rarer than the rate where nothing is missing, by Markov's inequality; never where inputs that
+/// are known at the samples alone are the larger error.
+bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);
+/// Whether it is likelier than all names besides.
+bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);
+
 /// What is left beside what is named.
 struct LeftBeside {
   double p_value = 1.0;

@@ -352,6 +352,8 @@ struct ComparePolicy {
   double pair_gain = 10.0;  ///< [nats] by which a pair must be expected to gain more than one effect | origin: choice
   std::array<double, 5> latent_sizes{0.1, 0.3, 1.0, 3.0, 9.0};  ///< [reference accelerations] root mean square of a latent force | origin: choice, from a tenth of what is worth finding to far more
   std::array<double, 2> latent_lengths{1.5, 5.0};  ///< [L_pp] over which a force that depends on the place changes | origin: choice
+  double length_of_one_state = 0.5;  ///< [sd] over which a force changes with one state, by that state's own | origin: choice
+  double length_of_two_states = 1.0;  ///< [sd] the same with two | origin: choice
   std::int64_t latent_harmonics = 3;  ///< [harmonics] of the heading | origin: choice
   std::int64_t latent_periods = 20;  ///< [periods] that are tried, in equal ratios | origin: choice: nearer than a coherent oscillation tells apart
   double shortest_period_s = 8.0;  ///< [s] at 3 m, times sqrt(L) | origin: choice
@@ -363,7 +365,7 @@ struct ComparePolicy {
   double shortest_ringing_s = 4.0;  ///< [s] at 3 m, times sqrt(L) | origin: choice
   double longest_ringing_s = 40.0;  ///< [s] at 3 m, times sqrt(L) | origin: choice
   double ringing_damping = 0.1;  ///< [-] of critical damping | origin: choice
-  double certain_motion_sd = 3.0;  ///< [sd] root mean square of what a past motion or order differs from the present, as it is known: less is no cause | origin: choice
+  double certain_motion_sd = 3.0;  ///< [sd] as it is known: what a motion or order changes by, or its past differs from the present by, at least, for a force to depend on it | origin: choice
   std::array<double, 2> latent_errors{0.5, 0.25};  ///< [-] of the model error, that may be left beside a latent force | origin: choice
   std::size_t latent_leading = 2;  ///< [variants] of a kind that are tried with less model error | origin: choice, time
   std::int64_t latent_landmarks = 120;  ///< [points] between which a latent force is interpolated | origin: choice, time

@@ -103,6 +103,10 @@ Json argument_of(const LatentForce& kind) {
   Json axes = Json::array();
   for (const int axis : kind.axes) axes.push_back(kAxisNames[static_cast<std::size_t>(axis)]);
   Json result{{"axes", axes}};
+  if (!kind.states.empty()) {
+    result["states"] = Json::array();
+    for (const Channel state : kind.states) result["states"].push_back(column_name(state));
+  }
   if (kind.on == Dependence::place) result["length_m"] = number(kind.argument);
   if (kind.on == Dependence::period || kind.rings) result["period_s"] = number(kind.argument);
   if (kind.on == Dependence::memory && !kind.rings) result["fades_in_s"] = number(kind.argument);

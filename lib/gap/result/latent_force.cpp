@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace leeway::gap {
 
@@ -23,6 +24,22 @@ std::string_view word(Dependence on) {
   }
   return "time";
 }
+
+namespace {
+
+std::vector<std::string_view> words_of(const std::vector<Channel>& states) {
+  std::vector<std::string_view> words;
+  for (const Channel state : states)
+    words.push_back(state == Channel::u      ? "speed ahead"
+                    : state == Channel::vm   ? "speed athwart"
+                    : state == Channel::r    ? "yaw rate"
+                    : state == Channel::n_p  ? "revolutions"
+                    : state == Channel::n_bt ? "thruster's revolutions"
+                                             : "rudder angle");
+  return words;
+}
+
+}  // namespace
 
 std::string phrase(const LatentForce& force) {
   const bool in_surge = std::ranges::find(force.axes, 0) != force.axes.end(),
@@ -46,7 +63,9 @@ std::string phrase(const LatentForce& force) {
                                force.argument)
                  : fmt::format("{} that follows what the ship did up to about {:.2g} s before", what, force.argument);
     case Dependence::states:
-      return what + " that depends on how the ship moves and on its orders, in another form than the ship file's";
+      return force.states.empty()
+                 ? what + " that depends on how the ship moves and on its orders"
+                 : fmt::format("{} that depends on the {}", what, fmt::join(words_of(force.states), " and the "));
     case Dependence::time:
       break;
   }

@@ -21,7 +21,8 @@ struct LatentForce {
   /// [s], or where it rings the period [s].
   double argument = kMissing;
   bool rings = false;
-  double log_evidence = 0.0;  ///< against the same without it [nats]
+  std::vector<Channel> states{};  ///< of states: on which alone; empty: on several
+  double log_evidence = 0.0;      ///< against the same without it [nats]
 };
 
 /// "a turning moment with a period of 37 s, whatever the ship does".

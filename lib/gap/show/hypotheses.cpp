@@ -293,19 +293,16 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
   Explained unknown;
   unknown.effects = beside;
   unknown.effects.push_back(name_of_terms());
-  // Terms for it may have been fitted: then they are this one.
-  const auto fitted = std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
-                                   [&](const Explained& one) { return one.effects == unknown.effects; });
-  if (fitted != explanation.hypotheses.end()) {
-    fitted->probability += left / (1.0 + odds);
-    return;
-  }
   unknown.name = fmt::format("{}", fmt::join(unknown.effects, " + "));
   unknown.log_evidence = unknown.heldout_gain = unknown.heldout_gain_sd = kMissing;  // nothing was fitted
   unknown.converged = true;
   unknown.probability = left / (1.0 + odds);
   unknown.said = {{name_of_terms(), "Something acts that the catalogue does not hold.",
                    "the maneuvers in which what is left is largest"}};
+  // Terms for it may have been fitted that are not claimed: they are in this one.
+  for (const Explained& one : explanation.hypotheses)
+    if (one.effects == unknown.effects) unknown.probability += one.probability;
+  std::erase_if(explanation.hypotheses, [&](const Explained& one) { return one.effects == unknown.effects; });
   explanation.hypotheses.push_back(std::move(unknown));
 }
 

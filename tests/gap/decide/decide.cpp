@@ -244,14 +244,6 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
        Verdict::mismatch, false, true, false},
       {"a name, and what it may depend on instead: the name", [](Found&, HypothesesFound& h) { h.is_latent = true; },
        Verdict::mismatch, true, false, true},
-      {"no name, what it depends on, but of a simulation whose inputs are known at samples alone: nothing",
-       [](Found& f, HypothesesFound& h) {
-         h.is_named = false;
-         h.is_latent = true;
-         f.tests.is_noise_free = true;
-         f.tests.error_share = 0.01;
-       },
-       Verdict::undecided, false, false, true},
       {"no name, barely seen: undecided",
        [](Found& f, HypothesesFound& h) {
          f.tests.intervals_p = p_of(0.5, f);
@@ -394,6 +386,22 @@ TEST_CASE("decide: when the likeliest is certain enough to be claimed", "[gap][d
     CHECK(gap::is_likelier(row.best, 0.01) == row.is_likelier);
     CHECK(gap::is_certain(row.best, 0.01) == row.is_certain);
   }
+}
+
+TEST_CASE("decide: what has no name is claimed by what it depends on", "[gap][decide]") {
+  gap::LatentFound latent{20.0, 5.0, {}};
+  CHECK(gap::is_claimed(latent, 0.01));
+  latent.log_odds_of_names = 21.0;  // a name is likelier
+  CHECK(!gap::is_claimed(latent, 0.01));
+  CHECK(gap::is_rare(latent, 0.01));
+  latent.log_odds_of_names = -5.0;
+  latent.log_odds = std::log(gap::tests() / 0.01) - 0.1;  // Markov's inequality for all tests
+  CHECK(!gap::is_claimed(latent, 0.01));
+  latent.log_odds += 0.2;
+  CHECK(gap::is_claimed(latent, 0.01));
+  latent.tests.is_noise_free = true;  // what inputs do between the samples makes as much
+  latent.tests.error_share = 0.01;
+  CHECK(!gap::is_claimed(latent, 0.01));
 }
 
 TEST_CASE("decide: when another effect is asked for beside what is named, and when terms are", "[gap][decide]") {
