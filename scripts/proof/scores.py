@@ -6,6 +6,9 @@ import random
 # What a report says of a case in which something acts; each case has one.
 OUTCOMES = ("right", "some of it", "right and wrong", "wrong", "unknown", "mismatch, unnamed", "undecided", "missed", "failed")
 DETECTED = ("right", "some of it", "unknown")  # a wrong name is no detection, and a mismatch without any is counted apart
+# On what depends what the catalogue does not hold (physics.OUTSIDE), as report.json's `unknown_kind` says it.
+KINDS = {"coanda-jet": "states", "ice-drag": "states", "swinging-tank": "memory", "wake-memory": "memory", "ventilation": "states", "magnetic-tether": "place",
+         "yaw-flutter": "period", "stiction": "states"}
 ANGLES = ("current_set_deg", "wind_dir_deg", "wave_from_deg", "direction_deg", "wall_direction_deg")
 
 
@@ -160,7 +163,7 @@ def judge(key, run, report):
            "campaign": key["campaign"], "error_kind": key.get("error_kind"), "failed": run.get("exit_code") != 0 or report is None, "wall_s": run.get("wall_s"), "peak_kB": run.get("peak_kB")}
     if out["failed"]:
         out.update({"alarm": False, "verdict": None, "chosen": [], "outcome": "failed" if truth else None, "detected": False, "first": False, "ranked": None, "top3": False,
-                    "set_ok": False, "set_size": 0, "both": False, "unknown": False, "quantities": [], "probability": None, "right": None, "inclusion": [],
+                    "set_ok": False, "set_size": 0, "both": False, "unknown": False, "kind_ok": False, "quantities": [], "probability": None, "right": None, "inclusion": [],
                     "located": {}, "ship_file": None})
         return out
     chosen = chosen_of(report)
@@ -181,6 +184,7 @@ def judge(key, run, report):
     out["set_ok"] = bool(truth) and any(set(truth) == set(members) for members in accepted)  # one with more in it is another hypothesis
     out["set_size"] = len(accepted)
     out["unknown"] = "unknown" in chosen
+    out["kind_ok"] = report.get("unknown_kind") in {KINDS[n] for n in truth if n in KINDS}
     out["located"] = located(report, key)
     out["ship_file"] = (report.get("ship_file") or {}).get("state")
     out["inclusion"] = [(p, name in truth) for name, p in (report.get("inclusion") or {}).items() if p is not None and not name.startswith("coefficient:")]

@@ -48,6 +48,8 @@ def targets(rows):
     lines.append(("both of a pair named", ">= 60 %", rate(sum(r["both"] for r in pairs), len(pairs))))
     lines.append(("one of a pair named first", "", rate(sum(r["first"] for r in pairs), len(pairs))))
     lines.append(("out of catalogue: flagged `unknown`", ">= 80 %", rate(sum(r["unknown"] for r in outs), len(outs))))
+    flagged = [r for r in outs if r["unknown"]]
+    lines.append(("of these, with the right kind", ">= 60 %", rate(sum(r["kind_ok"] for r in flagged), len(flagged))))
     lines.append(("out of catalogue: detected at all", "", rate(sum(r["detected"] for r in outs), len(outs))))
     lines.append(("in the catalogue but flagged `unknown`", "<= 5 %", rate(sum(r["unknown"] for r in in_catalogue), len(in_catalogue))))
     for level, words in ((2, "95 % intervals that cover, level 2"), (1, "95 % intervals that cover, level 1")):

@@ -21,6 +21,7 @@ import advised  # noqa: E402
 import campaign  # noqa: E402
 import looks  # noqa: E402
 import model  # noqa: E402
+import physics  # noqa: E402
 import recording  # noqa: E402
 import scores  # noqa: E402
 import shards  # noqa: E402
@@ -56,6 +57,11 @@ class Rules(unittest.TestCase):
                 self.assertIn(got["outcome"], scores.OUTCOMES)
         self.assertEqual(scores.judge(key(["a"]), {"exit_code": 1}, None)["outcome"], "failed")
         self.assertIsNone(judged([], chosen=[], verdict="no-mismatch")["outcome"])
+
+    def test_what_is_out_of_the_catalogue_has_a_kind(self):
+        self.assertEqual(set(scores.KINDS), set(physics.OUTSIDE))
+        for kind, is_right in (("period", True), ("states", False), (None, False)):
+            self.assertEqual(scores.judge(key(["yaw-flutter"], "outside"), RUN, report(chosen=["unknown"], unknown_kind=kind))["kind_ok"], is_right)
 
     def test_a_superset_is_not_accepted(self):
         wider = [(["a", "b"], 0.6, ["a + c"]), (["a", "c"], 0.4, [])]
