@@ -103,7 +103,8 @@ void normalize(Basis& basis) {
   double steps = 0.0;
   for (const Eigen::MatrixXd& values : basis.values) {
     for (Eigen::Index i = 0; i < values.cols(); ++i) square[i % columns] += values.col(i).squaredNorm();
-    steps += static_cast<double>(values.cols() / std::max<Eigen::Index>(columns, 1));
+    const Eigen::Index here = columns > 0 ? values.cols() / columns : 0;
+    steps += static_cast<double>(here);
   }
   Eigen::VectorXd scale(columns);
   Eigen::Index column = 0;

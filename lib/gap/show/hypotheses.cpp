@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <set>
 
 #include <fmt/format.h>
@@ -266,15 +268,21 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, s
   limit_unknown(explanation);
   note_unconverged_none(explanation, all);
 
+  // The likeliest ones that hold nearly all of the probability.
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return probabilities[i]; });
   std::vector<const Fitted*> possible;
   std::vector<double> weight;
-  const double most = *std::max_element(probabilities.begin(), probabilities.end());
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (probabilities[i] > std::max(kPolicy.show.not_excluded * most, kPolicy.show.possible)) {
-      possible.push_back(&all[i]);
-      weight.push_back(probabilities[i]);
-    }
-  explanation.p_right = most;
+  const double most_of_all = kPolicy.show.decisive * std::accumulate(probabilities.begin(), probabilities.end(), 0.0);
+  double sum = 0.0;
+  for (const std::size_t i : order) {
+    if (sum >= most_of_all || probabilities[i] < kPolicy.show.possible) break;
+    sum += probabilities[i];
+    possible.push_back(&all[i]);
+    weight.push_back(probabilities[i]);
+  }
+  explanation.p_right = probabilities[order.front()];
   if (possible.size() < 2) return;
   if (options.locate.progress) options.locate.progress(0.88, "which maneuver would distinguish");
   explanation.next = next_maneuvers(campaign, possible, weight, options.locate.jobs, options.locate.seed);
