@@ -40,7 +40,7 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   found.is_latent = selection.is_latent;
   found.chance_of_latent = std::exp(-std::max(0.0, selection.latent_log_odds));
   found.log_odds_of_chosen = comparison.log_odds(selection.chosen);
-  found.is_likelier = selection.stated[selection.best] > selection.stated[0];
+  found.is_likelier = selection.stated[selection.best] > selection.stated[0] || selection.latent_log_odds > 0.0;
   found.left_p = selection.left_p_value;
   found.is_negligible = selection.is_negligible;
   found.error_share = selection.error;

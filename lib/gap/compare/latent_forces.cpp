@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
@@ -48,18 +49,17 @@ std::vector<Variant> variants_of(Dependence on) {
 
 using Moments = std::vector<std::vector<Moment>>;  // by stretch and step
 
-// The leading functions of a Gaussian process over points (dimensions x points) whose covariance is `kernel` of two
-// points, 1 of one with itself (Nystrom's method): points x functions.
-Eigen::MatrixXd leading_functions(const Eigen::MatrixXd& points,
-                                  const std::function<double(const Eigen::VectorXd&, const Eigen::VectorXd&)>& kernel) {
+// The leading functions of a Gaussian process over points (dimensions x points) whose covariance is `kernel` of the
+// squared distance of two points, 1 at none (Nystrom's method): points x functions.
+template <typename Kernel>
+Eigen::MatrixXd leading_functions(const Eigen::MatrixXd& points, const Kernel& kernel) {
   const Eigen::Index n = points.cols(), m = std::min<Eigen::Index>(n, kOf.latent_landmarks);
   std::vector<Eigen::Index> at;
   for (Eigen::Index i = 0; i < m; ++i) at.push_back((2 * i + 1) * n / (2 * m));
   Eigen::MatrixXd K(m, m), across(n, m);
-  for (Eigen::Index j = 0; j < m; ++j) {
-    const Eigen::VectorXd there = points.col(at[static_cast<std::size_t>(j)]);
-    for (Eigen::Index i = 0; i < n; ++i) across(i, j) = kernel(points.col(i), there);
-  }
+  for (Eigen::Index j = 0; j < m; ++j)
+    for (Eigen::Index i = 0; i < n; ++i)
+      across(i, j) = kernel((points.col(i) - points.col(at[static_cast<std::size_t>(j)])).squaredNorm());
   for (Eigen::Index i = 0; i < m; ++i) K.row(i) = across.row(at[static_cast<std::size_t>(i)]);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(K);
   Eigen::Index count = 0;
@@ -118,27 +118,26 @@ void normalize(Basis& basis) {
     for (Eigen::Index i = 0; i < values.cols(); ++i) values.col(i) *= scale[i % columns];
 }
 
-std::vector<Basis> places(const Moments& moments, double L_pp) {
-  std::vector<Basis> result;
-  Eigen::Index points = 0;
-  for (const auto& stretch : moments) points += static_cast<Eigen::Index>(stretch.size());
-  Eigen::MatrixXd at(2, points);
-  std::vector<Eigen::Index> first;
-  Eigen::Index i = 0;
-  for (const auto& stretch : moments) {
-    first.push_back(i);
-    for (const Moment& m : stretch) at.col(i++) << m.x0, m.y0;
-  }
-  for (const double lengths : kOf.latent_lengths) {
-    const double length = lengths * L_pp;
-    const Eigen::MatrixXd functions = leading_functions(at, [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-      return std::exp(-0.5 * (a - b).squaredNorm() / (length * length));
-    });
-    result.push_back(basis_of(Dependence::place, length, moments, [&](std::size_t s, std::size_t k) {
-      const Eigen::VectorXd f = functions.row(first[s] + static_cast<Eigen::Index>(k)).transpose();
-      return std::array<Eigen::VectorXd, kGroups>{f, f, f};
-    }));
-  }
+// A process over points, one for each step, that is smooth over a length.
+Basis process_over(const Eigen::MatrixXd& points, double length, Dependence on, double argument,
+                   const Moments& moments) {
+  const Eigen::MatrixXd functions = leading_functions(
+      points, [&](double squared_distance) { return std::exp(-0.5 * squared_distance / (length * length)); });
+  Eigen::Index next = 0;
+  return basis_of(on, argument, moments, [&](std::size_t, std::size_t) {
+    const Eigen::VectorXd f = functions.row(next++).transpose();
+    return std::array<Eigen::VectorXd, kGroups>{f, f, f};
+  });
+}
+
+// What is to be known of each step, one below another: dimensions x steps.
+template <typename Values>
+Eigen::MatrixXd at_all_steps(const Moments& moments, const Values& values) {
+  std::vector<Eigen::VectorXd> all;
+  for (const auto& stretch : moments)
+    for (const Moment& m : stretch) all.push_back(values(m));
+  Eigen::MatrixXd result(all.front().size(), static_cast<Eigen::Index>(all.size()));
+  for (std::size_t i = 0; i < all.size(); ++i) result.col(static_cast<Eigen::Index>(i)) = all[i];
   return result;
 }
 
@@ -162,32 +161,30 @@ std::vector<double> in_equal_ratios(std::int64_t count, double first, double las
   return result;
 }
 
-// Oscillations that keep their phase for a few periods, or a part of the recording.
-std::vector<Basis> periods(const Moments& moments, double time_unit) {
-  std::vector<Basis> result;
-  for (const double period_s : in_equal_ratios(kOf.latent_periods, kOf.shortest_period_s, kOf.longest_period_s)) {
-    const double period = time_unit * period_s;
-    std::vector<Eigen::MatrixXd> functions;
-    Eigen::Index count = 0;
-    for (const auto& stretch : moments) {
-      Eigen::MatrixXd at(1, static_cast<Eigen::Index>(stretch.size()));
-      for (std::size_t k = 0; k < stretch.size(); ++k) at(0, static_cast<Eigen::Index>(k)) = stretch[k].t_s;
-      const double coherent =
-          std::max(kOf.coherent_periods * period, kOf.coherent_share * (stretch.back().t_s - stretch.front().t_s));
-      functions.push_back(leading_functions(at, [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-        const double apart = a[0] - b[0];
-        return std::cos(2.0 * kPi * apart / period) * std::exp(-0.5 * apart * apart / (coherent * coherent));
-      }));
-      count = std::max(count, functions.back().cols());
-    }
-    result.push_back(basis_of(Dependence::period, period, moments, [&](std::size_t s, std::size_t k) {
-      Eigen::VectorXd f = Eigen::VectorXd::Zero(count);
-      f.head(functions[s].cols()) = functions[s].row(static_cast<Eigen::Index>(k)).transpose();
-      return std::array<Eigen::VectorXd, kGroups>{f, f, f};
-    }));
-    result.back().is_of_recording = true;
+// An oscillation that keeps its phase for a few periods, or a part of the recording.
+Basis oscillation(const Moments& moments, double period_s) {
+  std::vector<Eigen::MatrixXd> functions;
+  Eigen::Index count = 0;
+  for (const auto& stretch : moments) {
+    functions.emplace_back();
+    if (stretch.empty()) continue;
+    const Eigen::MatrixXd at =
+        at_all_steps({stretch}, [](const Moment& m) { return Eigen::VectorXd::Constant(1, m.t_s); });
+    const double coherent_s =
+        std::max(kOf.coherent_periods * period_s, kOf.coherent_share * (stretch.back().t_s - stretch.front().t_s));
+    functions.back() = leading_functions(at, [&](double squared_s) {
+      return std::cos(2.0 * kPi * std::sqrt(squared_s) / period_s) *
+             std::exp(-0.5 * squared_s / (coherent_s * coherent_s));
+    });
+    count = std::max(count, functions.back().cols());
   }
-  return result;
+  Basis basis = basis_of(Dependence::period, period_s, moments, [&](std::size_t s, std::size_t k) {
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(count);
+    f.head(functions[s].cols()) = functions[s].row(static_cast<Eigen::Index>(k)).transpose();
+    return std::array<Eigen::VectorXd, kGroups>{f, f, f};
+  });
+  basis.is_of_recording = true;
+  return basis;
 }
 
 // What forces follow, first even ones in surge, then odd ones in sway and yaw, in units that do not matter.
@@ -276,61 +273,67 @@ Basis memory(const Moments& moments, double L_pp, double time_s, bool rings, con
   return basis;
 }
 
-// Functions of one quantity that the ship does or is told, or of two, where they change by more than they are
-// uncertain; of rudders their mean.
+// What the ship does or is told, of rudders their mean, by its standard deviation.
 constexpr std::array<Channel, 6> kStateChannels{Channel::u,   Channel::vm,    Channel::r,
                                                 Channel::n_p, Channel::delta, Channel::n_bt};
-std::vector<Basis> states(const Moments& moments, double L_pp, const Vec3<double>& nu_sd) {
-  std::vector<Eigen::VectorXd> all;
-  for (const auto& stretch : moments)
-    for (const Moment& m : stretch) {
-      const Actuators<double>& a = m.actuators;
-      all.push_back(Eigen::Vector<double, 6>(m.u, m.v, m.r * L_pp, a[Channel::n_p],
-                                             a[Channel::delta] + 0.5 * (a[Channel::delta_p] + a[Channel::delta_s]),
-                                             a[Channel::n_bt]));
-    }
-  Eigen::MatrixXd at(6, static_cast<Eigen::Index>(all.size()));
-  for (std::size_t i = 0; i < all.size(); ++i) at.col(static_cast<Eigen::Index>(i)) = all[i];
+struct States {
+  Eigen::MatrixXd values;                       // kStateChannels x steps
+  std::vector<std::vector<Eigen::Index>> sets;  // one or two of those that change by more than they are uncertain
+};
+States states_of(const Moments& moments, double L_pp, const Vec3<double>& nu_sd) {
+  States result;
+  Eigen::MatrixXd& at = result.values;
+  at = at_all_steps(moments, [&](const Moment& m) -> Eigen::VectorXd {
+    const Actuators<double>& a = m.actuators;
+    return Eigen::Vector<double, 6>(m.u, m.v, m.r * L_pp, a[Channel::n_p],
+                                    a[Channel::delta] + 0.5 * (a[Channel::delta_p] + a[Channel::delta_s]),
+                                    a[Channel::n_bt]);
+  });
   at.colwise() -= at.rowwise().mean().eval();
-  const Eigen::VectorXd sd = at.rowwise().norm() / std::sqrt(static_cast<double>(all.size()));
+  const Eigen::VectorXd sd = at.rowwise().norm() / std::sqrt(static_cast<double>(at.cols()));
   const Eigen::Vector<double, 6> error(nu_sd[0], nu_sd[1], nu_sd[2] * L_pp, 0.0, kKnownAngle, 0.0);
   std::vector<Eigen::Index> moving;
-  for (Eigen::Index i = 0; i < at.rows(); ++i)
-    if (sd[i] > std::max(kOf.certain_motion_sd * error[i], kPolicy.locate.least_pattern_rms))
-      at.row(i) /= sd[i], moving.push_back(i);
-  std::vector<std::vector<Eigen::Index>> sets;
-  for (std::size_t i = 0; i < moving.size(); ++i) {
-    sets.push_back({moving[i]});
-    for (std::size_t j = 0; j < i; ++j) sets.push_back({moving[j], moving[i]});
-  }
-  std::vector<Basis> result;
-  for (const auto& set : sets) {
-    const double length = set.size() == 1 ? kOf.length_of_one_state : kOf.length_of_two_states;
-    const Eigen::MatrixXd functions =
-        leading_functions(at(set, Eigen::indexing::all), [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-          return std::exp(-0.5 * (a - b).squaredNorm() / (length * length));
-        });
-    Eigen::Index next = 0;
-    result.push_back(basis_of(Dependence::states, kMissing, moments, [&](std::size_t, std::size_t) {
-      const Eigen::VectorXd f = functions.row(next++).transpose();
-      return std::array<Eigen::VectorXd, kGroups>{f, f, f};
-    }));
-    for (const Eigen::Index i : set) result.back().states.push_back(kStateChannels[static_cast<std::size_t>(i)]);
+  for (Eigen::Index i = 0; i < at.rows(); ++i) {
+    if (sd[i] < std::max(kOf.certain_motion_sd * error[i], kPolicy.locate.least_pattern_rms)) continue;
+    at.row(i) /= sd[i];
+    result.sets.push_back({i});
+    for (const Eigen::Index other : moving) result.sets.push_back({other, i});
+    moving.push_back(i);
   }
   return result;
 }
 
-std::vector<Basis> bases_of(const Campaign& campaign, const FittedNull& fit, const Moments& moments) {
+// How each basis is made: together they would take more memory than a workstation has.
+std::vector<std::function<Basis()>> bases_of(const Campaign& campaign, const FittedNull& fit, const Moments& moments) {
   const Vec3<double> nu_sd = fit.noise.measurement_sd.tail<3>();
   const double L_pp = campaign.ship.particulars.L_pp, time_unit = std::sqrt(L_pp / kPolicy.reference_length_m);
-  std::vector<Basis> result;
-  if (campaign.has_position) result = places(moments, L_pp);
-  if (campaign.has_heading) result.push_back(headings(moments));
-  for (Basis& basis : states(moments, L_pp, nu_sd)) result.push_back(std::move(basis));
-  for (Basis& basis : periods(moments, time_unit)) result.push_back(std::move(basis));
-  for (const double time_s : kOf.fading_s) result.push_back(memory(moments, L_pp, time_unit * time_s, false, nu_sd));
+  std::vector<std::function<Basis()>> result;
+  for (const double lengths : kOf.latent_lengths)
+    if (campaign.has_position)
+      result.emplace_back([&moments, length = lengths * L_pp] {
+        const Eigen::MatrixXd at = at_all_steps(moments, [](const Moment& m) { return Vec2<double>(m.x0, m.y0); });
+        return process_over(at, length, Dependence::place, length, moments);
+      });
+  if (campaign.has_heading) result.emplace_back([&moments] { return headings(moments); });
+  const auto states = std::make_shared<const States>(states_of(moments, L_pp, nu_sd));
+  for (const auto& set : states->sets)
+    result.emplace_back([&moments, states, set] {
+      const double length = set.size() == 1 ? kOf.length_of_one_state : kOf.length_of_two_states;
+      Basis basis =
+          process_over(states->values(set, Eigen::indexing::all), length, Dependence::states, kMissing, moments);
+      for (const Eigen::Index i : set) basis.states.push_back(kStateChannels[static_cast<std::size_t>(i)]);
+      return basis;
+    });
+  for (const double period_s : in_equal_ratios(kOf.latent_periods, kOf.shortest_period_s, kOf.longest_period_s))
+    result.emplace_back([&moments, period = time_unit * period_s] { return oscillation(moments, period); });
+  const auto add_memory = [&](double time_s, bool rings) {
+    result.emplace_back([&moments, L_pp, nu_sd, time = time_unit * time_s, rings] {
+      return memory(moments, L_pp, time, rings, nu_sd);
+    });
+  };
+  for (const double time_s : kOf.fading_s) add_memory(time_s, false);
   for (const double time_s : in_equal_ratios(kOf.ringing_periods, kOf.shortest_ringing_s, kOf.longest_ringing_s))
-    result.push_back(memory(moments, L_pp, time_unit * time_s, true, nu_sd));
+    add_memory(time_s, true);
   return result;
 }
 
@@ -449,24 +452,24 @@ std::vector<LatentForce> latent_forces(const Campaign& campaign, const FittedNul
   Moments moments;
   for (const LinearStretch& stretch : fit.stretches) {
     moments.emplace_back();
-    for (std::size_t k = 0; k < stretch.steps.size(); ++k) {
-      moments.back().push_back(moment_of(stretch, k));
-    }
+    for (std::size_t k = 0; k < stretch.steps.size(); ++k) moments.back().push_back(moment_of(stretch, k));
   }
-  const std::vector<Basis> bases = bases_of(campaign, fit, moments);
+  if (std::ranges::all_of(moments, &std::vector<Moment>::empty)) return {};
+  const std::vector<std::function<Basis()>> bases = bases_of(campaign, fit, moments);
   const Search search(campaign, fit, jobs);
   std::map<Dependence, std::vector<Tried>> tried;
   for (std::size_t b = 0; b < bases.size(); ++b) {
-    const std::vector<Evidence> parts = search.parts(bases[b], {});
-    for (const Variant& variant : variants_of(bases[b].on))
-      tried[bases[b].on].push_back({b, variant, search.gain(bases[b], variant, parts, {})});
+    const Basis basis = bases[b]();
+    const std::vector<Evidence> parts = search.parts(basis, {});
+    for (const Variant& variant : variants_of(basis.on))
+      tried[basis.on].push_back({b, variant, search.gain(basis, variant, parts, {})});
   }
   std::vector<LatentForce> result;
   for (auto& [on, all] : tried) {
     std::ranges::sort(all, std::greater(), &Tried::gain);
     // With a force of its own the everyday model error is smaller, and what seemed events may be none.
     for (std::size_t i = 0; i < std::min(all.size(), kOf.latent_leading); ++i) {
-      const Basis& basis = bases[all[i].basis];
+      const Basis basis = bases[all[i].basis]();
       for (const double share : kOf.latent_errors)
         all[i].gain = std::max(all[i].gain, search.gain(basis, all[i].variant, {all[i].variant.axes, share}));
       all[i].gain = std::max(all[i].gain, search.gain(basis, all[i].variant, {{}, 1.0, false}));
@@ -474,7 +477,7 @@ std::vector<LatentForce> latent_forces(const Campaign& campaign, const FittedNul
     const auto best = std::ranges::max_element(all, {}, &Tried::gain);
     std::vector<double> gains;
     for (const Tried& one : all) gains.push_back(one.gain);
-    const Basis& basis = bases[best->basis];
+    const Basis basis = bases[best->basis]();
     result.push_back({on, best->variant.axes, basis.argument, basis.rings, basis.states, log_mean_exp(gains)});
   }
   std::ranges::sort(result, std::greater(), &LatentForce::log_evidence);

@@ -214,6 +214,7 @@ class Selector {
   void find_latent() {
     progress(0.745, "forces that the catalogue does not hold");
     selection_.latent = latent_forces(campaign_, comparison_.all()[0].fit, options_.locate.jobs);
+    if (const auto gain = gain_of_terms({})) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
     selection_.latent_log_odds = comparison_.log_odds_of(selection_.latent);
     if (is_searched_ || !is_rare(latent(), options_.locate.false_alarm)) return;
     is_searched_ = true;

@@ -197,8 +197,9 @@ std::vector<Step> steps(const Findings& findings) {
 }
 
 std::vector<Step> steps(const Explanation& explanation) {
+  const std::string next = next_step(explanation, chosen_of(explanation));
   return {{"Do", advice(explanation) + check_of_one(explanation), use_of_ship(explanation)},
-          {"Next", next_step(explanation, chosen_of(explanation)), plan(explanation)}};
+          {"Next", next, next.empty() ? "" : plan(explanation)}};
 }
 
 }  // namespace leeway::gap
