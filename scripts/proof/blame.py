@@ -177,7 +177,7 @@ def parts(cases):
         return {}
     exact = sum(max(c["rungs"]["priors"]["own"]["se"].values()) for c in cases) / len(cases)
     law = sum(max(c["rungs"]["truth"]["own"]["se"].values()) for c in cases) / len(cases)
-    head = [f"{len(cases)} cases, {sum(c['tool'] is not None for c in cases)} of them with a report. Monte Carlo error of a share in one case: {law:.3f} (generating law), "
+    head = [f"{len(cases)} cases, {sum(c['tool'] is not None for c in cases)} of them with a report. Monte Carlo error of a case's share: {law:.3f} (generating law), "
             f"{exact:.3f} (exact inference) at most, in the mean. {sum(c['cpu_s'] for c in cases) / len(cases):.0f} s a case."]
     return {"ladder": head, "what can be known": known_table(cases), "blame": blame_table(cases), "expected answers": expected_table(cases), "efficiency": efficiency_table(cases),
             "nulls of the ladder": null_table(cases), "ship files": ship_file_table(cases)}

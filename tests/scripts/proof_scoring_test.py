@@ -126,6 +126,8 @@ class Shards(unittest.TestCase):
         for p in parts:
             self.assertLessEqual({"single", "pair", "outside", "null-noise"}, {c["family"] for c in p})
         self.assertEqual(shards.part(cases, None), cases)
+        outside = {name for c in shards.part(cases, (1, 8)) if c["family"] == "outside" for name in c["names"]}
+        self.assertGreaterEqual(len(outside), 5)  # eight things follow each other in turn
 
     def test_what_is_no_shard_is_refused(self):
         self.assertEqual(shards.parsed("3/8"), (3, 8))
