@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include <catch2/catch.hpp>
 
@@ -22,17 +24,20 @@ std::vector<LatentForce> found_in(const std::vector<EffectEntry>& planted, doubl
   return gap::latent_forces(campaign, gap::fit_null(campaign, {.jobs = 2}), 2);
 }
 
+EffectEntry effect(const std::string& type, std::vector<std::pair<std::string, std::optional<double>>> parameters) {
+  return {type, std::move(parameters), "", ""};
+}
+
 // Pushes to one side and the other at a place, in turn.
 std::vector<EffectEntry> square_wave(double force_N, double x_m, double period_s, double until_s) {
   std::vector<EffectEntry> pushes;
   for (int half = 0; half * 0.5 * period_s < until_s; ++half)
-    pushes.push_back({"tug",
-                      {{"force_N", force_N},
-                       {"direction_deg", half % 2 == 0 ? 90.0 : -90.0},
-                       {"x_m", x_m},
-                       {"y_m", 0.0},
-                       {"t_start_s", half * 0.5 * period_s},
-                       {"t_end_s", (half + 1) * 0.5 * period_s}}});
+    pushes.push_back(effect("tug", {{"force_N", force_N},
+                                    {"direction_deg", half % 2 == 0 ? 90.0 : -90.0},
+                                    {"x_m", x_m},
+                                    {"y_m", 0.0},
+                                    {"t_start_s", half * 0.5 * period_s},
+                                    {"t_end_s", (half + 1) * 0.5 * period_s}}));
   return pushes;
 }
 
@@ -56,8 +61,8 @@ TEST_CASE("latent forces: a force that comes in turns has its period", "[gap]") 
 }
 
 TEST_CASE("latent forces: a line to an anchor is a force that depends on the place", "[gap]") {
-  const std::vector<LatentForce> kinds = found_in(
-      {{"mooring", {{"anchor_x_m", 10.0}, {"anchor_y_m", 5.0}, {"stiffness_npm", 0.02}, {"slack_length_m", 0.0}}}});
+  const std::vector<LatentForce> kinds = found_in({effect(
+      "mooring", {{"anchor_x_m", 10.0}, {"anchor_y_m", 5.0}, {"stiffness_npm", 0.02}, {"slack_length_m", 0.0}})});
   REQUIRE(!kinds.empty());
   CAPTURE(gap::phrase(kinds.front()));
   CHECK(kinds.front().on == Dependence::place);
@@ -65,7 +70,7 @@ TEST_CASE("latent forces: a line to an anchor is a force that depends on the pla
 }
 
 TEST_CASE("latent forces: rudders that lag are a memory", "[gap]") {
-  const std::vector<LatentForce> kinds = found_in({{"actuator-lag", {{"lag_s", 2.5}}}});
+  const std::vector<LatentForce> kinds = found_in({effect("actuator-lag", {{"lag_s", 2.5}})});
   REQUIRE(!kinds.empty());
   CAPTURE(gap::phrase(kinds.front()));
   CHECK(kinds.front().on == Dependence::memory);
