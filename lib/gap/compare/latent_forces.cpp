@@ -70,7 +70,7 @@ Eigen::MatrixXd leading_functions(const Eigen::MatrixXd& points, const Kernel& k
          eigen.eigenvalues().tail(count).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-// Puts the groups' columns of each step on the axes: in_group[g] of a step, one number for each of its columns.
+// Puts the columns of each step on the axes: for each group one number for each of its columns.
 using OfStep = std::function<std::array<Eigen::VectorXd, kGroups>(std::size_t stretch, std::size_t step)>;
 Basis basis_of(Dependence on, double argument, const Moments& moments, const OfStep& of_step) {
   Basis basis{on, argument};
@@ -344,7 +344,8 @@ double log_mean_exp(const std::vector<double>& x) {
   return most + std::log(sum / static_cast<double>(x.size()));
 }
 
-// The evidence about theta where columns [first, ...) with standard normal strengths times `size` act as well.
+// The evidence about theta, the first `known`, where some columns with standard normal strengths times `size` act as
+// well.
 Evidence without_columns(const Evidence& all, Eigen::Index known, const std::vector<Eigen::Index>& columns,
                          double size) {
   Evidence result(known);

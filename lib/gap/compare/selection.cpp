@@ -213,8 +213,7 @@ class Selector {
   /// that can be.
   void find_latent() {
     progress(0.745, "forces that the catalogue does not hold");
-    selection_.latent = latent_forces(campaign_, comparison_.all()[0].fit, options_.locate.jobs);
-    if (const auto gain = gain_of_terms({})) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
+    find_kinds_beside(0);
     selection_.latent_log_odds = comparison_.log_odds_of(selection_.latent);
     if (is_searched_ || !is_rare(latent(), options_.locate.false_alarm)) return;
     is_searched_ = true;
@@ -235,22 +234,29 @@ class Selector {
     if (selection_.is_latent) selection_.chosen = 0;
   }
 
-  /// Kinds of what may be left beside what was chosen, with those that terms and intervals stand for.
-  void describe_unknown() {
-    const Fitted& answer = comparison_.all()[selection_.chosen];
-    std::set<std::string> bare = name_set(answer.hypothesis);
-    const bool is_with_terms = bare.erase(name_of_terms()) > 0;
-    if (selection_.chosen != 0) {
-      selection_.latent.clear();
-      if (!is_with_terms && selection_.left_p_value > surely_beside(options_.locate.false_alarm)) return;
-      selection_.latent = latent_forces(campaign_, answer.fit, options_.locate.jobs);
-    }
+  /// Latent forces beside a fit; terms, where they were fitted, are another form of what depends on states.
+  void find_kinds_beside(std::size_t i) {
+    selection_.latent = latent_forces(campaign_, comparison_.all()[i].fit, options_.locate.jobs);
+    std::set<std::string> bare = name_set(hypothesis(i));
+    bare.erase(name_of_terms());
     if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
+  }
+
+  /// Kinds of what may be left beside what was chosen, with what intervals stand for.
+  void describe_unknown() {
+    const std::size_t chosen = selection_.chosen;
+    if (chosen != 0) {
+      selection_.latent.clear();
+      if (!has_terms(hypothesis(chosen).names()) &&
+          selection_.left_p_value > surely_beside(options_.locate.false_alarm))
+        return;
+      find_kinds_beside(chosen);
+    }
     const std::vector<Interval>& intervals = findings_.located.intervals;
     const auto strongest = std::ranges::min_element(intervals, {}, &Interval::p_value);
     if (strongest == intervals.end()) return;
     // What comes and goes is an event to the fit, and costs what events cost there.
-    const bool has_events = answer.fit.log_prior_of_events < 0.0;
+    const bool has_events = comparison_.all()[chosen].fit.log_prior_of_events < 0.0;
     add_kind({Dependence::time,
               {strongest->axis},
               kMissing,

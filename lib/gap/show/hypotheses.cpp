@@ -289,14 +289,13 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, s
 }
 
 void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double odds_of_nothing) {
-  const double odds = odds_of_nothing;
   double named = 0.0;
   for (const Explained& hypothesis : explanation.hypotheses)
     if (!hypothesis.effects.empty() && hypothesis.effects != beside) named += hypothesis.probability;
   const double left = named > 0.0 ? 1.0 - kPolicy.show.other_form : 1.0;
   for (Explained& hypothesis : explanation.hypotheses)
     hypothesis.probability *= hypothesis.effects.empty() || hypothesis.effects == beside
-                                  ? left * odds / (1.0 + odds)
+                                  ? left * odds_of_nothing / (1.0 + odds_of_nothing)
                                   : kPolicy.show.other_form / named;
   Explained unknown;
   unknown.effects = beside;
@@ -304,7 +303,7 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
   unknown.name = fmt::format("{}", fmt::join(unknown.effects, " + "));
   unknown.log_evidence = unknown.heldout_gain = unknown.heldout_gain_sd = kMissing;  // nothing was fitted
   unknown.converged = true;
-  unknown.probability = left / (1.0 + odds);
+  unknown.probability = left / (1.0 + odds_of_nothing);
   unknown.said = {{name_of_terms(), "Something acts that the catalogue does not hold.",
                    "the maneuvers in which what is left is largest"}};
   // Terms for it may have been fitted that are not claimed: they are in this one.

@@ -15,9 +15,9 @@ using gap::LatentForce;
 
 namespace {
 
-std::vector<LatentForce> found_in(const std::vector<EffectEntry>& planted, double duration_s = 240.0) {
+std::vector<LatentForce> found_in(const std::vector<EffectEntry>& planted) {
   const Ship ship = read_ship("esso-osaka-3m");
-  const test::SimulatedCampaign of{.ship = "esso-osaka-3m", .recordings = 3, .duration_s = duration_s, .wind_mps = 0.0};
+  const test::SimulatedCampaign of{.ship = "esso-osaka-3m", .recordings = 3, .duration_s = 240.0, .wind_mps = 0.0};
   Ship true_ship = ship;
   true_ship.effects = planted;
   const gap::Campaign campaign = gap::prepare(ship, test::recorded(of, true_ship), {});
@@ -28,13 +28,13 @@ EffectEntry effect(const std::string& type, std::vector<std::pair<std::string, s
   return {type, std::move(parameters), "", ""};
 }
 
-// Pushes to one side and the other at a place, in turn.
-std::vector<EffectEntry> square_wave(double force_N, double x_m, double period_s, double until_s) {
+// Pushes midship to one side and the other, in turn.
+std::vector<EffectEntry> square_wave(double force_N, double period_s, double until_s) {
   std::vector<EffectEntry> pushes;
   for (int half = 0; half * 0.5 * period_s < until_s; ++half)
     pushes.push_back(effect("tug", {{"force_N", force_N},
                                     {"direction_deg", half % 2 == 0 ? 90.0 : -90.0},
-                                    {"x_m", x_m},
+                                    {"x_m", 0.0},
                                     {"y_m", 0.0},
                                     {"t_start_s", half * 0.5 * period_s},
                                     {"t_end_s", (half + 1) * 0.5 * period_s}}));
@@ -51,7 +51,7 @@ TEST_CASE("latent forces: where nothing is missing no kind gains what a claim ne
 }
 
 TEST_CASE("latent forces: a force that comes in turns has its period", "[gap]") {
-  const std::vector<LatentForce> kinds = found_in(square_wave(0.15, 0.0, 30.0, 240.0));
+  const std::vector<LatentForce> kinds = found_in(square_wave(0.15, 30.0, 240.0));
   REQUIRE(!kinds.empty());
   CAPTURE(gap::phrase(kinds.front()));
   CHECK(kinds.front().on == Dependence::period);
