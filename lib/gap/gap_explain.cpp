@@ -40,7 +40,10 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   found.is_latent = selection.is_latent;
   found.chance_of_latent = std::exp(-std::max(0.0, selection.latent_log_odds));
   found.log_odds_of_chosen = comparison.log_odds(selection.chosen);
-  found.is_likelier = selection.stated[selection.best] > selection.stated[0] || selection.latent_log_odds > 0.0;
+  for (std::size_t i = 1; i < selection.stated.size(); ++i)
+    found.is_likelier |=
+        selection.stated[i] > selection.stated[0] &&
+        (selection.error >= kPolicy.decide.error_of_forms || !has_terms(comparison.all()[i].hypothesis.names()));
   found.left_p = selection.left_p_value;
   found.is_negligible = selection.is_negligible;
   found.error_share = selection.error;

@@ -529,26 +529,6 @@ TEST_CASE("gap-explain: a filter that a latency fits as well is not stated as on
   CHECK(explanation.p_right < 0.8);
 }
 
-TEST_CASE("comparison: a few terms stand for what the catalogue does not hold", "[gap][long]") {
-  Ship truth = read_ship("esso-osaka-3m");
-  truth.effects.push_back(effect("unknown", {{"Y_nd", 0.01}, {"X_sqrt_u", -0.004}}));
-  const Ship stated = read_ship("esso-osaka-3m");
-  gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 31, 3, 250.0, 1.0, 0.5}, truth), {});
-  gap::FitOptions options;
-  options.jobs = 2;
-  gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
-  const std::vector<gap::Start> starts = gap::terms_beside(campaign, comparison.none(), 2);
-  REQUIRE(starts.size() == 1);
-  const gap::FreeEffect& terms = starts.front().hypothesis.effects.front();
-  CHECK(terms.name() == "unknown");
-  CHECK(terms.size() >= 1);
-  CHECK(terms.size() <= 3);
-  const auto with = comparison.add(0, starts);
-  REQUIRE(with);
-  CHECK(comparison.all()[*with].log_evidence > comparison.none().log_evidence + 10.0);
-  CHECK(comparison.all()[*with].gain > 2.0 * comparison.all()[*with].gain_sd);
-}
-
 TEST_CASE("gap-explain: what the catalogue does not hold is not called by the name of what is next to it",
           "[gap][slow]") {
   Ship truth = test::perturbed_ship("esso-osaka-3m", 0.05, 3);
@@ -559,23 +539,4 @@ TEST_CASE("gap-explain: what the catalogue does not hold is not called by the na
   CHECK(explanation.chosen == std::vector<std::string>{"unknown"});
   CHECK(explanation.hypotheses.front().name == "unknown");
   CHECK(explanation.hypotheses.front().parameters.size() <= 3);
-}
-
-TEST_CASE("comparison: rudders that are late by less than a sample are likelier, and only where they are",
-          "[gap][long]") {
-  const Ship stated = read_ship("esso-osaka-3m");
-  gap::FitOptions options;
-  options.jobs = 2;
-  const auto log_odds = [&](double delay_s, const std::string& name) {
-    Ship truth = stated;
-    if (delay_s > 0.0) truth.effects.push_back(effect("actuator-delay", {{"delay_s", delay_s}}));
-    gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 41, 2, 200.0, 1.0, 0.0}, truth), {});
-    gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
-    const auto added = comparison.add(0, comparison.starts_with(0, name, {}));
-    return added ? comparison.log_odds(*added) : -std::numeric_limits<double>::infinity();
-  };
-  CHECK(log_odds(2.0, "actuator-delay") > 10.0);
-  CHECK(log_odds(0.4, "actuator-delay") > 3.0);
-  CHECK(log_odds(0.0, "actuator-delay") < 0.0);
-  CHECK(log_odds(0.0, "actuator-rate") < 0.0);
 }

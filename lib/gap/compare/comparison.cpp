@@ -60,6 +60,7 @@ Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const C
   none.fit = null;
   if (options.none_is_possible) continue_fit(none);
   choose_scale(campaign, none);
+  if (options.none_is_possible) fit_as_stated(none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
   none.fold_evidence = fold_evidence(none.fit, blocks_, folds_);
@@ -67,7 +68,7 @@ Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const C
 }
 
 std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t from, std::vector<std::string>* unexcited,
-                                                                 std::vector<Start>* pair) {
+                                                                 std::vector<ExpectedGain>* pairs) {
   const FittedNull& fit = all_[from].fit;
   const std::set<std::string> present = name_set(all_[from].hypothesis);
   std::vector<Candidate> candidates;
@@ -86,7 +87,7 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
     if (share == 1.0 || is_shifted(fit))
       screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share,
                            widths_by_scale(fit.parameters, fit.effects), ScreenOptions{options_.jobs});
-  if (from == 0) gains_of_nothing_ = screens.front().gains_of_nothing(kPolicy.compare.draws_of_nothing, options_.seed);
+  gains_of_nothing_[from] = screens.front().gains_of_nothing(kPolicy.compare.draws_of_nothing, options_.seed);
 
   std::vector<ExpectedGain> result;
   std::map<std::string, std::vector<std::size_t>> best_of;  // by effect: its candidates
@@ -114,16 +115,17 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
     screened_[from][effect] = expected.gain;
     result.push_back(std::move(expected));
   }
-  if (pair) {  // both from the same coefficients
-    for (const auto& [a, of_a] : best_of)
-      for (const auto& [b, of_b] : best_of) {
-        if (!(a < b)) continue;
-        std::vector<std::size_t> both = of_a;
-        both.insert(both.end(), of_b.begin(), of_b.end());
-        for (const EffectScreen& screen : screens)
-          if (const double evidence = screen.log_evidence(both); pair->empty() || evidence > pair->front().log_evidence)
-            pair->assign({screen.start(both)});
+  if (pairs) {  // both from the same coefficients
+    for (auto a = best_of.begin(); a != best_of.end(); ++a)
+      for (auto b = std::next(a); b != best_of.end(); ++b) {
+        std::vector<std::size_t> both = a->second;
+        both.insert(both.end(), b->second.begin(), b->second.end());
+        const EffectScreen& screen =
+            *std::ranges::max_element(screens, {}, [&](const EffectScreen& one) { return one.log_evidence(both); });
+        const Start start = screen.start(both);
+        pairs->push_back({start.hypothesis.name(), {start}, start.log_evidence - screens.front().log_evidence({})});
       }
+    sort(*pairs);
   }
   sort(result);
   return result;
@@ -218,7 +220,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
   if (!best) return std::nullopt;
   if (!best->fit.report.converged) continue_fit(*best);
   if (is_below_known_angles(*best) || is_another_effect(*best)) return std::nullopt;
-  if (from != 0 && !is_worth_a_name(*best, all_[from])) return std::nullopt;
+  if (from != 0 && none().fit.report.is_noise_free && !is_worth_a_name(*best, all_[from])) return std::nullopt;
   judge(*best);
   all_.push_back(std::move(*best));
   return all_.size() - 1;
@@ -288,6 +290,7 @@ bool Comparison::refit_none(std::size_t from) {
   if (!none) return false;
   all_.clear();
   screened_.clear();
+  gains_of_nothing_.clear();
   all_.push_back(std::move(*none));
   blocks_ = blocks_of(campaign_, all_.front().fit, all_.front().fit.noise, {0, nullptr}, options_.jobs);
   all_.front().fold_evidence = fold_evidence(all_.front().fit, blocks_, folds_);
@@ -296,6 +299,30 @@ bool Comparison::refit_none(std::size_t from) {
 
 void Comparison::refine(std::size_t i) {
   if (continue_fit(all_[i])) judge(all_[i]);
+  refine_scale(i);
+}
+
+void Comparison::refine_scale(std::size_t i) {
+  if (fit_as_stated(all_[i])) judge(all_[i]);
+}
+
+bool Comparison::fit_as_stated(Fitted& fitted) const {
+  const double before = fitted.log_evidence;
+  if (!(fitted.fit.scale > 1.0)) return false;
+  Fitted other = fitted;
+  other.fit.prior_sd = widths_at(fitted.fit.parameters, fitted.fit.effects, 1.0).sd;
+  other.fit.scale = 1.0;
+  Eigen::VectorXd theta = fitted.fit.theta;
+  theta.head(theta.size() - 1 - fitted.fit.effects).setZero();
+  try {
+    other.fit = fit_with(campaign_, other.fit, other.hypothesis, theta, fit_options_);
+  } catch (const NumericalError&) {
+    return false;
+  }
+  choose_scale(campaign_, other);
+  if (other.log_evidence < before + kPolicy.compare.converged_gain) return false;
+  fitted = std::move(other);
+  return true;
 }
 
 // Noise levels may converge to a better place than with the effect that it then is: evidence alone does not decide.
@@ -371,21 +398,24 @@ std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& t
   return {sum, std::sqrt(variance * n)};
 }
 
-double Comparison::chance_of(std::size_t i) const {
-  if (gains_of_nothing_.empty() || i == 0) return 1.0;
+double Comparison::chance_of(std::size_t i, std::size_t than) const {
+  const auto drawn = gains_of_nothing_.find(than);
+  if (drawn == gains_of_nothing_.end() || drawn->second.empty() || i == than) return 1.0;
+  const double odds = log_odds(i) - log_odds(than);
   // The drawn campaigns know the noise levels, which so few measurements do not tell.
-  if (none().fit.report.samples < kPolicy.decide.fewest_samples) return std::min(1.0, std::exp(-log_odds(i)));
-  const double gain = log_odds(i) - log_prior_odds_of_one();
-  const auto as_much = gains_of_nothing_.end() - std::ranges::lower_bound(gains_of_nothing_, gain);
-  const double beyond = std::max(0.0, gain - gains_of_nothing_.back());
-  return static_cast<double>(as_much + 1) / static_cast<double>(gains_of_nothing_.size() + 1) * std::exp(-beyond);
+  if (none().fit.report.samples < kPolicy.decide.fewest_samples) return std::min(1.0, std::exp(-odds));
+  const std::vector<double>& gains = drawn->second;
+  const double gain = odds - log_prior_odds_of_one(all_[than].hypothesis.names().size());
+  const auto as_much = gains.end() - std::ranges::lower_bound(gains, gain);
+  const double beyond = std::max(0.0, gain - gains.back());
+  return static_cast<double>(as_much + 1) / static_cast<double>(gains.size() + 1) * std::exp(-beyond);
 }
 
 bool Comparison::holds(std::size_t better, std::size_t than, bool is_surely_left) const {
   const auto [sum, sd] = gain(all_[better], all_[than]);
   const Fitted& one = all_[better];
   return gap::holds({log_odds(better) - log_odds(than), is_significant(one), has_terms(one.hypothesis.names()),
-                     than == 0 && tests() * chance_of(better) < options_.false_alarm, sum, sd, is_surely_left});
+                     is_rare(better, than), sum, sd, is_surely_left});
 }
 
 bool Comparison::is_significant(const Fitted& fitted) const {

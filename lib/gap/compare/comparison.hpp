@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -7,6 +8,7 @@
 
 #include "gap/compare/probabilities.hpp"
 #include "gap/compare/tugs.hpp"
+#include "gap/decide/decide.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
@@ -28,7 +30,8 @@ class Comparison {
   const Blocks& blocks() const { return blocks_; }  ///< where each begins; their evidence is that of the null fit
   const std::vector<std::vector<std::size_t>>& folds() const { return folds_; }
 
-  /// An effect of which one linear step from a fit expects a gain, and where fits with it may start.
+  /// An effect, or a pair of them, of which one linear step from a fit expects a gain, and where fits with it may
+  /// start.
   struct ExpectedGain {
     std::string effect;
     std::vector<Start> starts;  ///< the best first
@@ -37,9 +40,9 @@ class Comparison {
   /// What the effects of the catalogue are expected to gain beside those of `from`, the largest first. A screen about
   /// the fit without them would miss those that the parameters imitate, and so have left.
   ///   unexcited  takes the names of those that change nothing
-  ///   pair       takes the start of the pair of them with the largest expected gain
+  ///   pairs      takes all pairs of them, the one with the largest expected gain first
   std::vector<ExpectedGain> expected_gains(std::size_t from, std::vector<std::string>* unexcited = nullptr,
-                                           std::vector<Start>* pair = nullptr);
+                                           std::vector<ExpectedGain>* pairs = nullptr);
   /// The same for the effects that are bound to a place, which is sought about the tracks: walls, anchors, and where
   /// something acts at times, walls that the hull touches.
   ///   events  when something acts
@@ -57,6 +60,9 @@ class Comparison {
 
   /// Continues a fit as long as it gains: it is what others are compared to.
   void refine(std::size_t i);
+  /// Fits it once more from coefficients as wrong as stated: those that may be far off imitate what is missing, so that
+  /// there may be an optimum with each.
+  void refine_scale(std::size_t i);
   /// Fits nothing missing once more from the noise, events and coefficients of another fit: there may be
   /// several optima. Whether it found a better one: then all other hypotheses are forgotten.
   bool refit_none(std::size_t from);
@@ -66,10 +72,12 @@ class Comparison {
   double log_odds(std::size_t i) const { return gap::log_odds(all_, i); }
   /// The same of kinds of forces that the catalogue does not hold.
   double log_odds_of(const std::vector<LatentForce>& kinds) const { return gap::log_odds_of(kinds, all_); }
-  /// How often one effect or another would have such odds where nothing is missing, in campaigns drawn from the linear
-  /// model about the fit without any; beyond them, and where little was recorded, in inverse proportion to the odds
-  /// (Markov's inequality).
-  double chance_of(std::size_t i) const;
+  /// How often one effect or another would have such odds beside those of `than` (0: none) where these are all that is
+  /// missing, in campaigns drawn from the linear model about that fit; beyond them, and where little was recorded, in
+  /// inverse proportion to the odds (Markov's inequality). 1 where nothing was screened beside it.
+  double chance_of(std::size_t i, std::size_t than = 0) const;
+  /// Whether that is rarer than the rate, in all families of tests.
+  bool is_rare(std::size_t i, std::size_t than) const { return tests() * chance_of(i, than) < options_.false_alarm; }
   std::vector<double> probabilities() const { return gap::probabilities(all_, screened_, campaign_.ship); }
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
   /// is more than nothing.
@@ -84,6 +92,7 @@ class Comparison {
   bool is_another_effect(const Fitted& fitted) const;
   void choose_scale(const Campaign& campaign, Fitted& fitted) const;
   bool continue_fit(Fitted& fitted);  // whether it gained
+  bool fit_as_stated(Fitted& fitted) const;
   struct Restart {
     double model_error = 1.0;  // by that of the fit
     bool as_stated = false;    // the coefficients
@@ -99,7 +108,7 @@ class Comparison {
   std::vector<Fitted> all_;
   std::vector<std::vector<std::size_t>> folds_;
   ScreenedGains screened_;
-  std::vector<double> gains_of_nothing_;  ///< of drawn campaigns, ascending; empty: not screened yet
+  std::map<std::size_t, std::vector<double>> gains_of_nothing_;  ///< of drawn campaigns, ascending, by what is fitted
 };
 
 }  // namespace leeway::gap

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <map>
+#include <optional>
 
 #include "effects/description.hpp"
 #include "gap/policy/policy.hpp"
@@ -16,17 +17,6 @@ namespace {
 double log_prior_of_number(std::size_t effects) {
   double result = -std::log(kPolicy.compare.sets_of_effects) - log_ways(count_of_tried_effects(), effects);
   if (effects > 0) result -= (static_cast<double>(effects) - 2.0) * std::log(kPolicy.compare.fewer_are_likelier);
-  return result;
-}
-
-double log_prior(const Hypothesis& hypothesis) {
-  double result = log_prior_of_number(hypothesis.names().size());
-  for (const FreeEffect& effect : hypothesis.effects) {
-    result -= effect.log_ways();
-    if (const EffectDescription& description = effect_named(effect.name());
-        description.info.search == SearchStart::terms)
-      result -= log_ways(description.parameters.size(), static_cast<std::size_t>(effect.size()));
-  }
   return result;
 }
 
@@ -43,11 +33,24 @@ double log_ways(std::size_t of, std::size_t count) {
   return result;
 }
 
-double log_prior_odds_of_one() { return log_prior_of_number(1) - log_prior_of_number(0); }
+double log_prior(const Hypothesis& hypothesis) {
+  double result = log_prior_of_number(hypothesis.names().size());
+  for (const FreeEffect& effect : hypothesis.effects) {
+    result -= effect.log_ways();
+    if (const EffectDescription& description = effect_named(effect.name());
+        description.info.search == SearchStart::terms)
+      result -= log_ways(description.parameters.size(), static_cast<std::size_t>(effect.size()));
+  }
+  return result;
+}
+
+double log_prior_odds_of_one(std::size_t beside) {
+  return log_prior_of_number(beside + 1) - log_prior_of_number(beside);
+}
 
 double log_odds(const std::vector<Fitted>& all, std::size_t i) {
-  return (all[i].log_evidence - all.front().log_evidence) / kappa_of_likeliest(all) + log_prior(all[i].hypothesis) -
-         log_prior({});
+  return (all[i].log_evidence - all.front().log_evidence) / std::max(all[i].kappa, kappa_of_likeliest(all)) +
+         log_prior(all[i].hypothesis) - log_prior({});
 }
 
 double log_odds_of(const std::vector<LatentForce>& kinds, const std::vector<Fitted>& all) {
@@ -65,13 +68,10 @@ double least_odds_of_nothing(double p_value) {
 
 std::vector<double> probabilities(const std::vector<Fitted>& all, const ScreenedGains& screened_gains,
                                   const Ship& ship) {
-  // Effects of which too little was expected to be fitted beside a hypothesis share in it as well; likelier hypotheses
-  // than were screened are as likely to lack another effect that does not show.
+  // Effects of which too little was expected to be fitted beside a hypothesis share in it as well.
   const auto unseen_beside = [&](std::size_t from) {
     double share = 0.0;
-    const auto screened = screened_gains.find(from);
-    if (screened == screened_gains.end()) return share;
-    for (const auto& [effect, gain] : screened->second) {
+    for (const auto& [effect, gain] : screened_gains.at(from)) {
       Hypothesis more = all[from].hypothesis;
       more.effects.emplace_back(effect, ship);
       if (std::any_of(all.begin(), all.end(),
@@ -86,10 +86,19 @@ std::vector<double> probabilities(const std::vector<Fitted>& all, const Screened
   for (std::size_t i = 1; i < all.size(); ++i) odds[i] = log_odds(all, i);
   const double most = *std::max_element(odds.begin(), odds.end());
   for (double& one : odds) one = std::exp(one - most);
-  const double something = std::accumulate(odds.begin() + 1, odds.end(), 0.0),
-               beside = screened_gains.size() > 1 ? unseen_beside(screened_gains.rbegin()->first) : 0.0,
-               total = odds.front() * (1.0 + unseen_beside(0)) + something;
-  for (std::size_t i = 0; i < odds.size(); ++i) odds[i] /= i == 0 ? total : total * (1.0 + beside);
+  // What was not screened is as likely to lack another effect that does not show as the likeliest that was.
+  std::map<std::size_t, double> unseen;
+  std::optional<std::size_t> likeliest;
+  for (const auto& [i, gains] : screened_gains) {
+    unseen[i] = unseen_beside(i);
+    if (i != 0 && (!likeliest || odds[i] > odds[*likeliest])) likeliest = i;
+  }
+  double total = 0.0;
+  for (std::size_t i = 0; i < odds.size(); ++i) {
+    const auto own = unseen.find(i);
+    total += odds[i] * (1.0 + (own != unseen.end() ? own->second : likeliest ? unseen[*likeliest] : 0.0));
+  }
+  for (double& one : odds) one /= total;
   return odds;
 }
 

@@ -16,11 +16,14 @@ using ScreenedGains = std::map<std::size_t, std::map<std::string, double>>;
 /// ln of the number of sets of `count` things out of `of`.
 double log_ways(std::size_t of, std::size_t count);
 
-/// ln of the prior odds of one effect of the catalogue against nothing missing.
-double log_prior_odds_of_one();
+/// ln of the prior odds of one effect of the catalogue more against none beside so many.
+double log_prior_odds_of_one(std::size_t beside = 0);
+
+/// ln of what was believed of a hypothesis before.
+double log_prior(const Hypothesis& hypothesis);
 
 /// ln of the posterior odds of one of all against nothing missing, which is the first. Correlation between blocks takes
-/// from all evidence what it takes from that of the likeliest.
+/// from all evidence what it takes from that of the likeliest, or of its own, if that is more.
 double log_odds(const std::vector<Fitted>& all, std::size_t i);
 
 /// The same of forces that the catalogue does not hold, the likeliest kind first, beside nothing missing; all kinds

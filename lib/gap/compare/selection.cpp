@@ -81,14 +81,24 @@ class Selector {
   void fit_all() {
     likeliest_ = 0;
     selection_.unexcited.clear();
-    fit_singles_and_pair();
-    if (is_searched_) fit_others();
-    fit_terms();
-    if (!is_searched_ && comparison_.log_odds(likeliest_) > kPolicy.compare.strong_terms) {
-      is_searched_ = true;
-      fit_singles_and_pair();
-      fit_others();
+    if (is_searched_) {
+      fit_names();
+      fit_terms();
+      return;
     }
+    fit_singles();
+    fit_terms();
+    if (comparison_.log_odds(likeliest_) > kPolicy.compare.strong_terms) search();
+  }
+  /// Also where the tests see nothing.
+  void search() {
+    is_searched_ = true;
+    fit_names();
+  }
+  void fit_names() {
+    fit_singles();
+    fit_others();
+    fit_pairs();
   }
   void progress(double done, const std::string& note) const {
     if (options_.locate.progress) options_.locate.progress(done, note);
@@ -148,9 +158,9 @@ class Selector {
     return result;
   }
 
-  void fit_singles_and_pair() {
-    std::vector<Start> pair;
-    singles_ = comparison_.expected_gains(0, &selection_.unexcited, is_searched_ ? &pair : nullptr);
+  void fit_singles() {
+    pairs_.clear();
+    singles_ = comparison_.expected_gains(0, &selection_.unexcited, is_searched_ ? &pairs_ : nullptr);
     const std::vector<Comparison::ExpectedGain>& first = singles_;
     const std::size_t most = std::min(first.size(), is_searched_ ? options_.refitted : kPolicy.compare.always_refitted);
     for (std::size_t i = 0; i < most; ++i) {
@@ -158,11 +168,49 @@ class Selector {
       progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(most), "fit with " + first[i].effect);
       better(comparison_.add(0, first[i].starts));
     }
-    if (!pair.empty() && !first.empty() &&
-        pair.front().log_evidence >
-            std::max(first.front().starts.front().log_evidence, evidence(likeliest_)) + kPolicy.compare.pair_gain) {
-      progress(0.72, "fit with " + pair.front().hypothesis.name());
-      better(comparison_.add(0, pair));
+  }
+
+  /// Pairs, from one linear step beside each of the likeliest single effects and beside none, the most promising first.
+  void fit_pairs() {
+    struct Promise {
+      std::size_t beside;
+      Comparison::ExpectedGain expected;
+      double log_odds;
+    };
+    std::vector<Promise> promises;
+    const auto promise = [&](std::size_t beside, std::vector<Comparison::ExpectedGain>& gains) {
+      gains.resize(std::min(gains.size(), options_.refitted));
+      for (Comparison::ExpectedGain& one : gains) {
+        const Hypothesis& both = one.starts.front().hypothesis;
+        const double log_odds =
+            comparison_.log_odds(beside) + one.gain + log_prior(both) - log_prior(hypothesis(beside));
+        promises.push_back({beside, std::move(one), log_odds});
+      }
+    };
+    promise(0, pairs_);
+    std::vector<std::size_t> singles;
+    for (std::size_t i = 1; i < comparison_.all().size(); ++i)
+      if (const auto names = hypothesis(i).names(); names.size() == 1 && !has_terms(names)) singles.push_back(i);
+    std::ranges::sort(singles, std::greater(), [&](std::size_t i) { return comparison_.log_odds(i); });
+    singles.resize(std::min(singles.size(), kPolicy.compare.leading_singles));
+    for (const std::size_t i : singles) {
+      progress(0.735, "what is expected beside " + hypothesis(i).name());
+      comparison_.refine_scale(i);
+      better(i);
+      auto gains = comparison_.expected_gains(i);
+      promise(i, gains);
+    }
+    std::ranges::stable_sort(promises, std::greater(), &Promise::log_odds);
+    std::size_t fits = 0;
+    for (const Promise& one : promises) {
+      const double ahead = one.log_odds - comparison_.log_odds(likeliest_);
+      const double least = fits < kPolicy.compare.leading_pairs ? -kPolicy.compare.close_odds : 0.0;
+      if (fits >= options_.refitted || ahead < least) break;
+      progress(0.737, "fit with " + one.expected.starts.front().hypothesis.name());
+      const std::size_t known = comparison_.all().size();
+      const auto added = comparison_.add(one.beside, one.expected.starts);
+      if (!added || *added == known) ++fits;
+      better(added);
     }
   }
 
@@ -216,9 +264,7 @@ class Selector {
     find_kinds_beside(0);
     selection_.latent_log_odds = comparison_.log_odds_of(selection_.latent);
     if (is_searched_ || !is_rare(latent(), options_.locate.false_alarm)) return;
-    is_searched_ = true;
-    fit_singles_and_pair();
-    fit_others();
+    search();
   }
   LatentFound latent() const {
     double names = 0.0;  // by the likeliest's odds
@@ -283,11 +329,12 @@ class Selector {
     std::optional<double> of_both, alone;
     for (std::size_t i = 0; i < comparison_.all().size(); ++i) {
       const std::set<std::string> names = name_set(hypothesis(i));
-      if (names == with) of_both = comparison_.log_odds(i);
-      if (names == beside) alone = comparison_.log_odds(i);
+      const double value = evidence(i) + log_prior(hypothesis(i));
+      if (names == with) of_both = value;
+      if (names == beside) alone = value;
     }
     if (!of_both || !alone) return std::nullopt;
-    return *of_both - *alone - log_prior_odds_of_one();
+    return *of_both - *alone - log_prior_odds_of_one(beside.size());
   }
 
   /// Those that are about as likely as the likeliest are compared where none gains any more.
@@ -312,8 +359,16 @@ class Selector {
       return may_be_claimed({has_terms(hypothesis(i).names()), comparison_.log_odds(i), selection_.error, p_value},
                             rate);
     };
+    // Of single ones; then what is likelier and holds against it, though it need not be in it.
+    const auto is_single = [&](std::size_t i) { return hypothesis(i).names().size() == 1; };
     for (std::size_t i = 1; i < stated.size(); ++i)
-      if ((best == 0 || stated[i] > stated[best]) && may_be(i)) best = i;
+      if (is_single(i) && (best == 0 || stated[i] > stated[best]) && may_be(i)) best = i;
+    std::vector<std::size_t> likelier;
+    for (std::size_t i = 1; i < stated.size(); ++i)
+      if (!is_single(i) && stated[i] > stated[best] && may_be(i)) likelier.push_back(i);
+    std::ranges::sort(likelier, std::greater(), [&](std::size_t i) { return stated[i]; });
+    const auto holds = std::ranges::find_if(likelier, [&](std::size_t i) { return comparison_.holds(i, best, false); });
+    if (holds != likelier.end()) best = *holds;
     Likeliest likeliest{stated[best], stated[0], 0.0, tests() * comparison_.chance_of(best), p_value};
     for (std::size_t i = 1; i < stated.size(); ++i)
       if (!may_be(i)) likeliest.of_other_forms = std::max(likeliest.of_other_forms, stated[i]);
@@ -341,7 +396,9 @@ class Selector {
       auto candidates = comparison_.expected_gains(chosen);
       candidates.resize(std::min(candidates.size(), kPolicy.compare.next_refitted));
       for (const auto& candidate : candidates) {
-        if (is_hopeless(candidate.gain, next, chosen) || !may_be_added(left_p, candidate.gain, rate)) break;
+        // A p-value is against everything that may be left; one effect may be certain by itself.
+        const bool may_be_likelier = candidate.gain + log_prior_odds_of_one(size) > 0.0;
+        if (is_hopeless(candidate.gain, next, chosen) || !(left_p < rate || may_be_likelier)) break;
         if (const auto added = comparison_.add(chosen, candidate.starts))
           if (!next || evidence(*added) > evidence(*next)) next = added;
       }
@@ -355,7 +412,7 @@ class Selector {
       if (next) beside.log_odds_of_next = comparison_.log_odds(*next) - comparison_.log_odds(chosen);
       selection_.is_negligible = is_negligible(beside, rate);
       if (!next || !comparison_.holds(*next, chosen, left_p < surely(rate))) break;
-      if (!may_be_added(left_p, *beside.log_odds_of_next, rate)) break;
+      if (!(left_p < rate || comparison_.is_rare(*next, chosen))) break;
       chosen = *next;
       selection_.is_negligible = false;
     }
@@ -403,8 +460,8 @@ class Selector {
   const GapExplainOptions& options_;
   bool is_searched_;  // not only a few, to know that nothing is likelier than them
   std::size_t likeliest_ = 0;
-  std::vector<Comparison::ExpectedGain> singles_;  ///< of single effects
-  std::vector<Interval> intervals_;                ///< in which effects that begin and end were sought
+  std::vector<Comparison::ExpectedGain> singles_, pairs_;
+  std::vector<Interval> intervals_;  ///< in which effects that begin and end were sought
   Selection selection_;
 };
 

@@ -57,8 +57,11 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
   // Seen, but barely, and nothing missing is the likeliest, or too little to be called unknown: neither claimed nor
   // denied.
   if (verdict == Verdict::mismatch && !h.is_named && (!errs || tests_p >= surely(rate))) verdict = Verdict::undecided;
-  // Likelier than nothing, but not shown.
-  if (verdict == Verdict::no_mismatch && h.is_likelier) verdict = Verdict::undecided;
+  // Close to the rate, as where the tests are, or likelier than nothing, but not shown: neither claimed nor denied.
+  if (verdict == Verdict::no_mismatch) {
+    decision.p_value = std::min(tests_p, std::min(1.0, tests(policy) * std::min(h.chance_of_best, h.chance_of_latent)));
+    if (decision.p_value < limits.nearly * rate || h.is_likelier) verdict = Verdict::undecided;
+  }
   if (verdict != Verdict::mismatch) return;
 
   decision.is_complete = h.is_named && (h.left_p >= rate || h.is_negligible);
@@ -131,10 +134,6 @@ bool is_negligible(const LeftBeside& left, double false_alarm, const Policy& pol
   const bool is_little = -std::log(std::max(left.p_value, limits.least_p)) < limits.negligible_share * left.evidence;
   const bool is_only_likelier = left.log_odds_of_next && *left.log_odds_of_next > 0.0;
   return is_little || (left.p_value >= surely(false_alarm) && is_only_likelier);
-}
-
-bool may_be_added(double left_p, double gain, double false_alarm, const Policy& policy) {
-  return left_p < false_alarm || gain >= policy.decide.strong_odds;
 }
 
 bool may_have_terms(const LeftBeside& left, bool is_negligible, double false_alarm, const Policy& policy) {

@@ -70,7 +70,7 @@ struct Rivals {
   double log_odds = 0.0;        ///< of the better one against the other [nats]
   bool is_significant = false;  ///< whether each effect of the better one is more than nothing
   bool has_terms = false;       ///< whether the better one has terms for what the catalogue does not hold
-  /// Whether the other one is that nothing is missing, and such odds are rarer than the rate where it is so.
+  /// Whether such odds are rarer than the rate where the other one holds all that is missing.
   bool is_rare = false;
   double gain = 0.0, gain_sd = 0.0;  ///< on what was left out [nats]
   bool is_surely_left = false;       ///< whether something surely is left beside the other one
@@ -126,10 +126,6 @@ struct LeftBeside {
 /// Whether that is not worth a word: little beside what is named; or likelier with one effect more that is not shown to
 /// help, which is not claimed, and is no unknown either.
 bool is_negligible(const LeftBeside& left, double false_alarm, const Policy& policy = kPolicy);
-/// Whether one effect more is asked for: where something is left, or where that effect is certain by itself. A p-value
-/// is against everything that may be left.
-///   gain  of evidence or log-odds by that effect [nats]
-bool may_be_added(double left_p, double gain, double false_alarm, const Policy& policy = kPolicy);
 /// Whether what is left is asked for in terms of what the catalogue does not hold.
 bool may_have_terms(const LeftBeside& left, bool is_negligible, double false_alarm, const Policy& policy = kPolicy);
 

@@ -73,7 +73,10 @@ void Filter::predict(std::size_t k) {
   constexpr int kErrors = kStates - kErrorStart;
   const Eigen::Matrix<double, kErrors, 1> decay = A.diagonal().tail<kErrors>();
   const Eigen::Matrix<double, kShipStates, kStates> moved = upper.lazyProduct(covariance);
-  covariance.topLeftCorner<kShipStates, kShipStates>() = moved.lazyProduct(upper.transpose());
+  auto ship = covariance.topLeftCorner<kShipStates, kShipStates>();
+  ship = moved.lazyProduct(upper.transpose());
+  // Symmetric to the last bit: no measurement takes from the difference of the halves, which grows with what is unstable.
+  ship.triangularView<Eigen::StrictlyUpper>() = ship.transpose();
   covariance.topRightCorner<kShipStates, kErrors>() = moved.rightCols<kErrors>() * decay.asDiagonal();
   covariance.bottomLeftCorner<kErrors, kShipStates>() = covariance.topRightCorner<kShipStates, kErrors>().transpose();
   covariance.bottomRightCorner<kErrors, kErrors>().array() *= (decay * decay.transpose()).array();
@@ -84,7 +87,7 @@ void Filter::predict(std::size_t k) {
   covariance.block<3, 3>(kErrorStart, kErrorStart) += (1.0 - decay[0] * decay[0]) * spread(k);
   for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
   const Vec6 timing = noise_.timing_sd * stretch_.steps[k].G.rightCols<1>();
-  covariance.topLeftCorner<kShipStates, kShipStates>() += timing * timing.transpose();
+  ship += timing * timing.transpose();
   covariance.diagonal().array() += kPolicy.filter.tiny;
   Eigen::Index first = 0;
   for (; first + kWidth <= columns.cols(); first += kWidth) move_columns<kWidth>(upper, first);

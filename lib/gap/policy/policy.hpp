@@ -349,7 +349,8 @@ struct ComparePolicy {
   double far_behind_of_look_alikes = 40.0;  ///< [nats] the same of what the likeliest looks like | origin: choice
   double close_odds = 3.0;  ///< [nats] of posterior odds within which fits are continued before they are compared | origin: choice
   std::size_t starts_of_places = 4;  ///< [starts] of a bank, a fender or a line | origin: choice, time
-  double pair_gain = 10.0;  ///< [nats] by which a pair must be expected to gain more than one effect | origin: choice
+  std::size_t leading_singles = 2;  ///< [effects] beside which pairs are sought | origin: choice, time
+  std::size_t leading_pairs = 2;  ///< [pairs] that are fitted although expected to be a little less likely than what was found | origin: choice, time
   std::array<double, 5> latent_sizes{0.1, 0.3, 1.0, 3.0, 9.0};  ///< [reference accelerations] root mean square of a latent force | origin: choice, from a tenth of what is worth finding to far more
   std::array<double, 2> latent_lengths{1.5, 5.0};  ///< [L_pp] over which a force that depends on the place changes | origin: choice
   double length_of_one_state = 0.5;  ///< [sd] over which a force changes with one state, by that state's own | origin: choice

@@ -35,7 +35,6 @@ HypothesesFound named() {
   h.is_named = true;
   h.chance_of_best = 1e-6;
   h.log_odds_of_chosen = 12.0;
-  h.is_likelier = true;
   h.error_share = 0.3;
   h.taken_share = 0.8;
   return h;
@@ -264,14 +263,28 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
          h.is_named = false;
        },
        Verdict::undecided, false, false, true},
-      {"no name and nothing seen, but something likelier than nothing: undecided",
+      {"no name and nothing seen, but something with odds that are nearly rare: undecided",
        [](Found&, HypothesesFound& h) { h.is_named = false; }, Verdict::undecided, false, false, true},
       {"nothing at all",
        [](Found&, HypothesesFound& h) {
          h.is_named = false;
-         h.is_likelier = false;
+         h.chance_of_best = 0.051 / gap::tests();
        },
        Verdict::no_mismatch, false, false, true},
+      {"the same, and it is likelier than nothing: undecided",
+       [](Found&, HypothesesFound& h) {
+         h.is_named = false;
+         h.chance_of_best = 0.051 / gap::tests();
+         h.is_likelier = true;
+       },
+       Verdict::undecided, false, false, true},
+      {"no name and nothing seen, but what has none is nearly rare: undecided",
+       [](Found&, HypothesesFound& h) {
+         h.is_named = false;
+         h.chance_of_best = 1.0;
+         h.chance_of_latent = 0.049 / gap::tests();
+       },
+       Verdict::undecided, false, false, true},
   };
   for (const Row& row : rows) {
     CAPTURE(row.what);
@@ -292,7 +305,8 @@ TEST_CASE("decide: a fault of a sensor is a mismatch, whatever is found of the f
     Found found = nothing_seen();
     found.tests.effects_p = p_of(40.0, found);
     found.hypotheses = named();
-    found.hypotheses->is_named = found.hypotheses->is_likelier = is_named;
+    found.hypotheses->is_named = is_named;
+    if (!is_named) found.hypotheses->chance_of_best = 1.0;
     const Decision without = gap::decide(found);
     found.sensors = {1, 3e-4};
     const Decision with = gap::decide(found);
@@ -404,12 +418,9 @@ TEST_CASE("decide: what has no name is claimed by what it depends on", "[gap][de
   CHECK(!gap::is_claimed(latent, 0.01));
 }
 
-TEST_CASE("decide: when another effect is asked for beside what is named, and when terms are", "[gap][decide]") {
+TEST_CASE("decide: when what is left beside what is named is worth a word, and when terms are asked for",
+          "[gap][decide]") {
   const double rate = 0.01;
-  CHECK(gap::may_be_added(0.009, 0.1, rate));
-  CHECK(gap::may_be_added(0.5, 5.7, rate));
-  CHECK_FALSE(gap::may_be_added(0.5, 5.6, rate));
-
   struct Row {
     const char* what;
     gap::LeftBeside left;
