@@ -75,7 +75,8 @@ void Filter::predict(std::size_t k) {
   const Eigen::Matrix<double, kShipStates, kStates> moved = upper.lazyProduct(covariance);
   auto ship = covariance.topLeftCorner<kShipStates, kShipStates>();
   ship = moved.lazyProduct(upper.transpose());
-  // Symmetric to the last bit: no measurement takes from the difference of the halves, which grows with what is unstable.
+  // Symmetric to the last bit: no measurement takes from the difference of the halves, which grows with what is
+  // unstable.
   ship.triangularView<Eigen::StrictlyUpper>() = ship.transpose();
   covariance.topRightCorner<kShipStates, kErrors>() = moved.rightCols<kErrors>() * decay.asDiagonal();
   covariance.bottomLeftCorner<kErrors, kShipStates>() = covariance.topRightCorner<kShipStates, kErrors>().transpose();
