@@ -69,6 +69,7 @@ Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const C
 
 std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t from, std::vector<std::string>* unexcited,
                                                                  std::vector<ExpectedGain>* pairs) {
+  if (const auto known = expected_.find(from); known != expected_.end() && !unexcited && !pairs) return known->second;
   const FittedNull& fit = all_[from].fit;
   const std::set<std::string> present = name_set(all_[from].hypothesis);
   std::vector<Candidate> candidates;
@@ -128,6 +129,7 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
     sort(*pairs);
   }
   sort(result);
+  expected_[from] = result;
   return result;
 }
 
@@ -291,6 +293,7 @@ bool Comparison::refit_none(std::size_t from) {
   all_.clear();
   screened_.clear();
   gains_of_nothing_.clear();
+  expected_.clear();
   all_.push_back(std::move(*none));
   blocks_ = blocks_of(campaign_, all_.front().fit, all_.front().fit.noise, {0, nullptr}, options_.jobs);
   all_.front().fold_evidence = fold_evidence(all_.front().fit, blocks_, folds_);
@@ -298,12 +301,17 @@ bool Comparison::refit_none(std::size_t from) {
 }
 
 void Comparison::refine(std::size_t i) {
-  if (continue_fit(all_[i])) judge(all_[i]);
+  if (continue_fit(all_[i])) {
+    judge(all_[i]);
+    expected_.erase(i);
+  }
   refine_scale(i);
 }
 
 void Comparison::refine_scale(std::size_t i) {
-  if (fit_as_stated(all_[i])) judge(all_[i]);
+  if (!fit_as_stated(all_[i])) return;
+  judge(all_[i]);
+  expected_.erase(i);
 }
 
 bool Comparison::fit_as_stated(Fitted& fitted) const {

@@ -107,6 +107,7 @@ class Comparison {
   Blocks blocks_;
   std::vector<Fitted> all_;
   std::vector<std::vector<std::size_t>> folds_;
+  std::map<std::size_t, std::vector<ExpectedGain>> expected_;  ///< beside fits that have not gained since
   ScreenedGains screened_;
   std::map<std::size_t, std::vector<double>> gains_of_nothing_;  ///< of drawn campaigns, ascending, by what is fitted
 };
