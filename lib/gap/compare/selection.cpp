@@ -190,7 +190,10 @@ class Selector {
     promise(0, pairs_);
     std::vector<std::size_t> singles;
     for (std::size_t i = 1; i < comparison_.all().size(); ++i)
-      if (const auto names = hypothesis(i).names(); names.size() == 1 && !has_terms(names)) singles.push_back(i);
+      // Beside what begins and ends more is sought when it was chosen, in what it leaves.
+      if (const auto names = hypothesis(i).names();
+          names.size() == 1 && !has_terms(names) && bound_to(names.front()) != BoundTo::time)
+        singles.push_back(i);
     std::ranges::sort(singles, std::greater(), [&](std::size_t i) { return comparison_.log_odds(i); });
     singles.resize(std::min(singles.size(), kPolicy.compare.leading_singles));
     for (const std::size_t i : singles) {
