@@ -117,14 +117,15 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
     result.push_back(std::move(expected));
   }
   if (pairs) {  // both from the same coefficients
+    const double nothing_more = screens.front().log_evidence({});
     for (auto a = best_of.begin(); a != best_of.end(); ++a)
       for (auto b = std::next(a); b != best_of.end(); ++b) {
         std::vector<std::size_t> both = a->second;
         both.insert(both.end(), b->second.begin(), b->second.end());
-        const EffectScreen& screen =
-            *std::ranges::max_element(screens, {}, [&](const EffectScreen& one) { return one.log_evidence(both); });
-        const Start start = screen.start(both);
-        pairs->push_back({start.hypothesis.name(), {start}, start.log_evidence - screens.front().log_evidence({})});
+        Start best = screens.front().start(both);
+        for (std::size_t s = 1; s < screens.size(); ++s)
+          if (Start start = screens[s].start(both); start.log_evidence > best.log_evidence) best = std::move(start);
+        pairs->push_back({best.hypothesis.name(), {best}, best.log_evidence - nothing_more});
       }
     sort(*pairs);
   }

@@ -53,8 +53,8 @@ class Comparison {
 
   /// Fits `from` with one effect more, and keeps the result; its place, or nothing where it cannot be fitted, or lets
   /// the rudders act no otherwise than their angles are known, or is no
-  /// more than another effect (a sheared current without shear), or, beside others, takes hardly any model error away:
-  /// inputs between the samples make as much.
+  /// more than another effect (a sheared current without shear), or, beside others in recordings without noise, takes
+  /// hardly any model error away: inputs between the samples make as much.
   ///   most_starts  from which it is fitted, the one of the largest expected gain first
   std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts, std::size_t most_starts = 2);
 
