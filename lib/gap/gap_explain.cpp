@@ -2,13 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <mutex>
+#include <numeric>
+#include <optional>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "core/errors.hpp"
+#include "core/parallel.hpp"
+#include "core/random.hpp"
 #include "dynamics/run_notices.hpp"
 #include "dynamics/straight_run.hpp"
+#include "gap/bootstrap/reliability.hpp"
+#include "gap/bootstrap/simulated_recordings.hpp"
 #include "gap/compare/current_course.hpp"
 #include "gap/compare/selection.hpp"
 #include "gap/compare/terms.hpp"
@@ -96,8 +105,8 @@ void finish_calibration(Explanation& explanation, const FittedNull& fit) {
         fit.scale));
 }
 
-// The verdict, and what is claimed.
-void decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
+// The verdict, and what is claimed. Whether it is among names that a maneuver might distinguish.
+bool decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
                         const Selection& selection, double false_alarm, double L_pp) {
   std::optional<HypothesesFound> hypotheses;
   if (!explanation.calibration) hypotheses = hypotheses_found(comparison, selection, findings.fit, L_pp);
@@ -110,46 +119,170 @@ void decide_explanation(Explanation& explanation, const Findings& findings, cons
   explanation.unknown_kinds = selection.latent;
   if (decision.claims_sensors) explanation.chosen = sensors_claimed(findings);
   if (decision.claims_names) explanation.chosen.insert(explanation.chosen.end(), fitted.begin(), fitted.end());
-  if (!decision.claims_unknown) return;
+  if (!decision.claims_unknown) return true;
   explanation.chosen.push_back(name_of_terms());
-  if (has_terms(fitted)) return;  // it is there already
+  if (has_terms(fitted)) return true;  // it is there already
   const bool is_latent = selection.is_latent && !decision.claims_names;
   add_unknown(explanation, fitted,
               is_latent ? std::exp(-selection.latent_log_odds) : least_odds_of_nothing(selection.left_p_value));
-  if (!is_latent) return;
-  explanation.next.clear();  // they would distinguish names, of which none is claimed
+  if (!is_latent) return true;
   explanation.p_right = explanation.hypotheses.back().probability;
+  return false;
+}
+
+// All until probabilities are stated: what simulated campaigns go through again.
+struct Analysis {
+  Investigation investigation;
+  Comparison comparison;  // of the campaign above
+  Selection selection;
+  Explanation explanation = {};
+  std::vector<double> stated = {};  // of the comparison's hypotheses, before sensors share in them
+  bool may_plan = true;             // whether maneuvers might distinguish names
+
+  Analysis(const Ship& ship, std::vector<Trajectory>& recordings, const GapExplainOptions& options)
+      : investigation(investigate(ship, recordings, in_first_part(options))),
+        comparison(investigation.campaign, investigation.null,
+                   {options.locate.false_alarm, options.locate.jobs, options.locate.seed,
+                    investigation.findings.detection.p_value > surely_beside(options.locate.false_alarm)}),
+        selection(select(options)) {
+    const Findings& findings = investigation.findings;
+    if (options.calibrates) explanation.calibration.emplace();
+    report_hypotheses(explanation, comparison, selection.chosen, investigation.campaign);
+    for (const Explained& hypothesis : explanation.hypotheses) stated.push_back(hypothesis.probability);
+    may_plan = decide_explanation(explanation, findings, comparison, selection, options.locate.false_alarm,
+                                  ship.particulars.L_pp);
+    say_kind_of_unknown(explanation);
+    add_sensors(explanation, findings);
+    add_rivals(explanation, findings);
+  }
+  Analysis(const Analysis&) = delete;  // the comparison refers to the campaign
+  Analysis& operator=(const Analysis&) = delete;
+
+ private:
+  static GapLocateOptions in_first_part(const GapExplainOptions& options) {
+    GapLocateOptions locate = options.locate;
+    if (locate.progress)
+      locate.progress = [say = options.locate.progress](double done, const std::string& note) {
+        say(0.4 * done, note);
+      };
+    return locate;
+  }
+  Selection select(const GapExplainOptions& options) {
+    const auto& say = options.locate.progress;
+    if (say) say(0.4, options.calibrates ? "the coefficients" : "fits with the likeliest effects");
+    return options.calibrates ? no_selection(investigation.findings)
+                              : gap::select(investigation.campaign, investigation.findings, comparison, options);
+  }
+};
+
+std::vector<double> probabilities_of(const std::vector<Explained>& hypotheses) {
+  std::vector<double> result;
+  for (const Explained& hypothesis : hypotheses) result.push_back(hypothesis.probability);
+  return result;
+}
+
+// What is said of a campaign whose truth is known.
+SimulatedAnswer judged(const Analysis& analysis, const Hypothesis& truth) {
+  const Explanation& explanation = analysis.explanation;
+  SimulatedAnswer result;
+  result.truth = truth.names();
+  const std::set<std::string> names(result.truth.begin(), result.truth.end());
+  result.stated = probabilities_of(explanation.hypotheses);
+  const double all = std::accumulate(result.stated.begin(), result.stated.end(), 0.0);
+  for (std::size_t i = 0; i < result.stated.size(); ++i) {
+    const std::vector<std::string>& effects = explanation.hypotheses[i].effects;
+    const bool is_truth = std::set<std::string>(effects.begin(), effects.end()) == names;
+    const double p = result.stated[i] /= all;
+    if (is_truth) result.stated_of_truth += p;
+    if (p <= result.stated_of_first) continue;
+    result.stated_of_first = p;
+    result.truth_is_first = is_truth;
+  }
+  result.verdict = explanation.verdict;
+  result.alarms = explanation.verdict == Verdict::mismatch;
+  result.truth_is_claimed = result.alarms == !names.empty() &&
+                            std::set<std::string>(explanation.chosen.begin(), explanation.chosen.end()) == names;
+  return result;
+}
+
+// Simulates campaigns from what is stated, as probable as that, and analyzes each by the same rules.
+Bootstrap bootstrapped(const Ship& ship, const Analysis& analysis, const GapExplainOptions& options,
+                       const std::function<void()>& one_more) {
+  GapExplainOptions alone = options;
+  alone.campaigns = 0;
+  alone.locate.jobs = 1;
+  alone.locate.progress = nullptr;
+  std::vector<std::optional<SimulatedAnswer>> answers(options.campaigns);
+  std::mutex one_at_a_time;
+  parallel_for(options.campaigns, options.locate.jobs, [&](std::size_t c) {
+    RandomStream random(options.locate.seed, "bootstrap", c);
+    const double all = std::accumulate(analysis.stated.begin(), analysis.stated.end(), 0.0);
+    double left = random.uniform() * all;
+    std::size_t truth = 0;
+    while (truth + 1 < analysis.stated.size() && (left -= analysis.stated[truth]) >= 0.0) ++truth;
+    const Fitted& fitted = analysis.comparison.all()[truth];
+    try {
+      std::vector<Trajectory> recordings = simulated_recordings(analysis.investigation.campaign, fitted, random);
+      answers[c] = judged(Analysis(ship, recordings, alone), fitted.hypothesis);
+    } catch (const NumericalError&) {  // counted as failed
+    } catch (const InputError&) {
+    }
+    const std::scoped_lock lock(one_at_a_time);
+    one_more();
+  });
+  Bootstrap result;
+  for (std::optional<SimulatedAnswer>& answer : answers)
+    if (answer)
+      result.campaigns.push_back(std::move(*answer));
+    else
+      ++result.failed;
+  if (result.campaigns.empty())
+    throw NumericalError(
+        fmt::format("none of {} campaigns like these could be simulated and analyzed", options.campaigns));
+  fit_reliability(result);
+  return result;
+}
+
+// The probabilities of the report as the bootstrap makes them.
+void take_as_realized(const Bootstrap& bootstrap, Analysis& analysis) {
+  std::vector<Explained>& hypotheses = analysis.explanation.hypotheses;
+  const std::vector<double> probabilities = as_realized(bootstrap, probabilities_of(hypotheses));
+  for (std::size_t i = 0; i < hypotheses.size(); ++i) hypotheses[i].probability = probabilities[i];
+  analysis.explanation.p_right = *std::ranges::max_element(probabilities);
+  analysis.stated = as_realized(bootstrap, std::move(analysis.stated));
 }
 
 }  // namespace
 
 Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, std::vector<Trajectory>& heldout,
-                        const GapExplainOptions& options) {
+                        const GapExplainOptions& given) {
+  // Simulated campaigns take nearly all of the time where they are asked for.
+  const double of_campaigns = static_cast<double>(given.campaigns) / static_cast<double>(given.locate.jobs),
+               own_share = 1.0 / (1.0 + of_campaigns);
+  double before = 0.0;  // share that is done of what is not its own
   const auto progress = [&](double done, const std::string& note) {
-    if (options.locate.progress) options.locate.progress(done, note);
+    if (given.locate.progress) given.locate.progress(before + own_share * done, note);
   };
-  Explanation explanation;
+  GapExplainOptions options = given;
+  options.locate.progress = progress;
   add_revolutions(heldout, ship);
   if (!heldout.empty()) prepare(ship, heldout, {options.locate.step_s, 0.0});  // refused before the long work
-  GapLocateOptions locate_options = options.locate;
-  locate_options.progress = [&](double done, const std::string& note) { progress(0.4 * done, note); };
-  Investigation investigation = investigate(ship, recordings, locate_options);
-  Findings& findings = investigation.findings;
-  const Campaign& campaign = investigation.campaign;
-
-  if (options.calibrates) explanation.calibration.emplace();
-  progress(0.4, options.calibrates ? "the coefficients" : "fits with the likeliest effects");
-  const double rate = options.locate.false_alarm;
-  Comparison comparison(
-      campaign, investigation.null,
-      {rate, options.locate.jobs, options.locate.seed, findings.detection.p_value > surely_beside(rate)});
-  const Selection selection =
-      options.calibrates ? no_selection(findings) : select(campaign, findings, comparison, options);
-  report_hypotheses(explanation, comparison, selection.chosen, campaign, options);
-  decide_explanation(explanation, findings, comparison, selection, rate, ship.particulars.L_pp);
-  say_kind_of_unknown(explanation);
-  add_sensors(explanation, findings);
-  add_rivals(explanation, findings);
+  Analysis analysis(ship, recordings, options);
+  Findings& findings = analysis.investigation.findings;
+  Explanation& explanation = analysis.explanation;
+  const Campaign& campaign = analysis.investigation.campaign;
+  const Comparison& comparison = analysis.comparison;
+  const Selection& selection = analysis.selection;
+  if (options.campaigns > 0) {
+    const double each = (1.0 - own_share) / static_cast<double>(options.campaigns);
+    std::size_t done = 0;
+    explanation.bootstrap = bootstrapped(ship, analysis, options, [&] {
+      before += each;
+      progress(0.88, fmt::format("campaign {} of {}, simulated and analyzed", ++done, options.campaigns));
+    });
+    take_as_realized(*explanation.bootstrap, analysis);
+  }
+  if (analysis.may_plan && !options.calibrates) plan_next(explanation, comparison, analysis.stated, campaign, options);
   sort_hypotheses(explanation);
   const Fitted& answer = comparison.all()[selection.chosen];
   explanation.parameters = answer.fit.report.parameters;
@@ -158,7 +291,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
     const Coordinates z = coordinates_of(answer.fit);
     explanation.current_paths = current_paths(campaign, answer.hypothesis, z.mean, answer.kappa * z.covariance);
   }
-  const Answered answered{ship, campaign, findings, investigation.null, comparison, answer, options};
+  const Answered answered{ship, campaign, findings, analysis.investigation.null, comparison, answer, options};
   show_before_after(answered, heldout, explanation);
   progress(0.96, "modules of the ship file, one by one");
   explanation.ship_file = judge_ship_file(answered, explanation);
@@ -173,7 +306,7 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
         fmt::format("not tried, since these recordings cannot show it: {}", fmt::join(selection.unexcited, ", ")));
   explanation.findings = std::move(findings);
   progress(1.0, "done");
-  return explanation;
+  return std::move(explanation);
 }
 
 }  // namespace leeway::gap

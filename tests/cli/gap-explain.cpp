@@ -34,8 +34,27 @@ TEST_CASE("gap-explain: the ship that it writes runs in the simulator", "[cli][g
   const auto replayed = run(folder, "mmg-sim replay z30.csv --ship out/ship.json --quiet -o replayed.csv");
   CAPTURE(replayed.err);
   CHECK(replayed.exit_code == 0);
-  CHECK(run(folder, "gap-explain --ship esso-osaka-3m z10.csv z20.csv --fail-on-mismatch --quiet -o out").exit_code ==
-        1);
+  CHECK(
+      run(folder,
+          "gap-explain --ship esso-osaka-3m z10.csv z20.csv --fail-on-mismatch --thorough --campaigns 2 --quiet -o out")
+          .exit_code == 1);
+  const io::Json thorough = io::read_json(folder / "out/report.json"), &bootstrap = thorough.at("bootstrap");
+  CHECK(bootstrap.at("campaigns").get<int>() + bootstrap.at("failed").get<int>() == 2);
+  CHECK(bootstrap.at("truths").size() >= 1);
+  double all = 0.0;
+  for (const io::Json& set : thorough.at("sets")) all += set.at("probability").get<double>();
+  CHECK(all <= 1.0 - bootstrap.at("not_fitted").get<double>() + 1e-9);
+  CHECK(json.at("bootstrap").is_null());
+}
+
+TEST_CASE("gap-explain: options that do not go together are a wrong command line", "[cli][gap]") {
+  const test::TemporaryFolder folder;
+  for (const char* options : {"--campaigns 10", "--thorough --calibrate", "--thorough --campaigns 0"}) {
+    const auto outcome = run(folder, std::string("gap-explain --ship esso-osaka-3m z.csv -o out ") + options);
+    CAPTURE(options, outcome.err);
+    CHECK(outcome.exit_code == 2);
+    CHECK_THAT(outcome.err, Contains("--thorough") || Contains("--campaigns"));
+  }
 }
 
 TEST_CASE("gap-explain: a calibration writes a ship that other tools draw from", "[cli][gap]") {

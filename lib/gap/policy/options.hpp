@@ -25,6 +25,9 @@ struct GapExplainOptions {
   std::size_t refitted = kPolicy.compare.refitted;          ///< effects that are fitted without linearization
   std::size_t most_effects = kPolicy.compare.most_effects;  ///< at a time
   bool calibrates = false;                                  ///< coefficients alone: no effect is asked for
+  /// Campaigns that are simulated from what is stated and analyzed again, so that probabilities are true of them; 0:
+  /// probabilities are evidence times prior.
+  std::size_t campaigns = 0;
 };
 
 }  // namespace leeway::gap

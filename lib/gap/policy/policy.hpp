@@ -459,6 +459,16 @@ struct ShowPolicy {
   double least_sd = 1e-12;  ///< [s] floor of a delay's sd before dividing by it | origin: choice, rounding
 };
 
+/// Campaigns that are simulated and analyzed again.
+struct BootstrapPolicy {
+  std::size_t campaigns = 40;  ///< [campaigns] unless the caller says otherwise | origin: choice, time: a share of one half is known to 0.08
+  double sharpness_log_sd = 0.5;  ///< [ln] of the power by which stated probabilities are sharpened: sd before any campaign | origin: choice, 0.4 to 2.7 with 95 %
+  double sharpness_reach_sd = 4.0;  ///< [sd] within which it is sought | origin: choice
+  double sharpness_tolerance = 1e-3;  ///< [ln] to which it is sought | origin: choice, rounding
+  double helmsman_course = 0.3;  ///< [rad/rad] rudder by course error, on top of what was recorded | origin: choice: a ship of 3 m that is sampled at 1 Hz keeps her course
+  double helmsman_rate = 0.5;  ///< [-] rudder by error of the yaw rate times L/U | origin: choice, the same
+};
+
 /// What a report shows.
 struct ReportPolicy {
   double least_p = 1e-4;  ///< [-] p-value below which a sentence gives no number | origin: choice
@@ -487,6 +497,7 @@ struct Policy {
   ComparePolicy compare;
   DecidePolicy decide;
   ShowPolicy show;
+  BootstrapPolicy bootstrap;
   ReportPolicy report;
 };
 // clang-format on

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -117,6 +118,46 @@ Json to_json(const LatentForce& kind) {
   return {{"kind", word(kind.on)}, {"argument", argument_of(kind)}, {"log_evidence", number(kind.log_evidence)}};
 }
 
+// What the analysis said of simulated campaigns, by what acted in them.
+Json to_json(const Bootstrap& bootstrap) {
+  struct OfTruth {
+    std::size_t campaigns = 0, first = 0, claimed = 0, alarms = 0, undecided = 0;
+    double stated = 0.0;
+  };
+  std::map<std::vector<std::string>, OfTruth> truths;
+  OfTruth all;
+  double stated_of_first = 0.0;
+  for (const SimulatedAnswer& one : bootstrap.campaigns) {
+    stated_of_first += one.stated_of_first;
+    for (OfTruth* of : {&truths[one.truth], &all}) {
+      ++of->campaigns;
+      of->first += one.truth_is_first ? 1 : 0;
+      of->claimed += one.truth_is_claimed ? 1 : 0;
+      of->alarms += one.alarms ? 1 : 0;
+      of->undecided += one.verdict == Verdict::undecided ? 1 : 0;
+      of->stated += one.stated_of_truth;
+    }
+  }
+  Json by_truth = Json::array();
+  std::vector<std::pair<std::vector<std::string>, OfTruth>> order(truths.begin(), truths.end());
+  std::ranges::stable_sort(order, std::greater(), [](const auto& one) { return one.second.campaigns; });
+  for (const auto& [names, of] : order)
+    by_truth.push_back({{"names", names},
+                        {"campaigns", of.campaigns},
+                        {"first", of.first},
+                        {"claimed", of.claimed},
+                        {"mismatch", of.alarms},
+                        {"undecided", of.undecided},
+                        {"stated_of_truth", number(of.stated / static_cast<double>(of.campaigns))}});
+  return {{"campaigns", all.campaigns},
+          {"failed", bootstrap.failed},
+          {"first_is_right", all.first},
+          {"stated_of_first", number(stated_of_first / static_cast<double>(all.campaigns))},
+          {"sharpness", number(bootstrap.sharpness)},
+          {"not_fitted", number(bootstrap.not_fitted)},
+          {"truths", by_truth}};
+}
+
 // How probable it is that each effect or fault acts, and that a coefficient is off: over all hypotheses that have it.
 Json inclusion_of(const Explanation& explanation) {
   std::map<std::string, double> inclusion;
@@ -174,6 +215,7 @@ Json to_json(const Explanation& explanation) {
       {"modules", modules},
       {"hypotheses", hypotheses},
       {"inclusion", inclusion_of(explanation)},
+      {"bootstrap", explanation.bootstrap ? to_json(*explanation.bootstrap) : Json()},
       {"sets", sets},
       {"chosen", explanation.chosen},
       {"unknown_kind", kind != nullptr ? Json(word(kind->on)) : Json()},

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gap/policy/policy.hpp"
+#include "gap/result/bootstrap.hpp"
 #include "gap/result/findings.hpp"
 #include "gap/result/latent_force.hpp"
 #include "gap/result/ship_file.hpp"
@@ -134,6 +135,7 @@ struct Explanation {
   std::vector<Residual> residuals_after;               ///< what is left of the residual with what was chosen
   bool heldout_is_given = false;                       ///< false: recordings, or blocks of a few, were left out in turn
   double heldout_gain = 0.0, heldout_gain_sd = 0.0;    ///< of what was chosen [nats]
+  std::optional<Bootstrap> bootstrap;                  ///< where probabilities were made true of simulated campaigns
   /// Where several hypotheses are possible: how certain the best is, and what would distinguish them, best first.
   double p_right = 1.0;
   std::vector<NextManeuver> next;

@@ -259,7 +259,7 @@ std::vector<double> without_other_forms(std::vector<double> probabilities, const
 }  // namespace
 
 void report_hypotheses(Explanation& explanation, const Comparison& comparison, std::size_t chosen,
-                       const Campaign& campaign, const GapExplainOptions& options) {
+                       const Campaign& campaign) {
   const std::vector<Fitted>& all = comparison.all();
   for (const Fitted& fitted : all) explanation.hypotheses.push_back(explained(fitted, all.front(), campaign));
   const std::vector<double> probabilities = without_other_forms(comparison.probabilities(), all, chosen);
@@ -267,7 +267,12 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, s
   for (std::size_t i = 0; i < all.size(); ++i) add_coefficients_off(explanation, all[i].fit, probabilities[i]);
   limit_unknown(explanation);
   note_unconverged_none(explanation, all);
+  explanation.p_right = *std::ranges::max_element(probabilities);
+}
 
+void plan_next(Explanation& explanation, const Comparison& comparison, const std::vector<double>& probabilities,
+               const Campaign& campaign, const GapExplainOptions& options) {
+  const std::vector<Fitted>& all = comparison.all();
   // The likeliest ones that hold nearly all of the probability.
   std::vector<std::size_t> order(all.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -282,7 +287,6 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, s
     possible.push_back(&all[i]);
     weight.push_back(probabilities[i]);
   }
-  explanation.p_right = probabilities[order.front()];
   if (possible.size() < 2) return;
   if (options.locate.progress) options.locate.progress(0.88, "which maneuver would distinguish");
   explanation.next = next_maneuvers(campaign, possible, weight, options.locate.jobs, options.locate.seed);

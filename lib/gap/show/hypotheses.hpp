@@ -7,9 +7,14 @@
 /// Hypotheses as they are reported: with parameters, probabilities, sensor faults, and what would distinguish them.
 namespace leeway::gap {
 
-/// All hypotheses with their probabilities, and the maneuvers that would distinguish them.
+/// All hypotheses with their probabilities, in the order of the comparison.
 void report_hypotheses(Explanation& explanation, const Comparison& comparison, std::size_t chosen,
-                       const Campaign& campaign, const GapExplainOptions& options);
+                       const Campaign& campaign);
+
+/// The maneuvers that would distinguish the likeliest.
+///   probabilities  of all of the comparison, in its order
+void plan_next(Explanation& explanation, const Comparison& comparison, const std::vector<double>& probabilities,
+               const Campaign& campaign, const GapExplainOptions& options);
 
 /// Something that the catalogue does not hold, beside what was chosen.
 ///   odds_of_nothing  against it
