@@ -162,14 +162,14 @@ struct Analysis {
   static GapLocateOptions in_first_part(const GapExplainOptions& options) {
     GapLocateOptions locate = options.locate;
     if (locate.progress)
-      locate.progress = [say = options.locate.progress](double done, const std::string& note) {
-        say(0.4 * done, note);
+      locate.progress = [progress = options.locate.progress](double done, const std::string& note) {
+        progress(0.4 * done, note);
       };
     return locate;
   }
   Selection select(const GapExplainOptions& options) {
-    const auto& say = options.locate.progress;
-    if (say) say(0.4, options.calibrates ? "the coefficients" : "fits with the likeliest effects");
+    const auto& progress = options.locate.progress;
+    if (progress) progress(0.4, options.calibrates ? "the coefficients" : "fits with the likeliest effects");
     return options.calibrates ? no_selection(investigation.findings)
                               : gap::select(investigation.campaign, investigation.findings, comparison, options);
   }
