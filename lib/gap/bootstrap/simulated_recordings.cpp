@@ -109,14 +109,17 @@ class SimulatedRecording {
     ship.t_s = t[first];
     UnitProcess<3> model_error(fit_.noise.tau_s, random_);
     UnitProcess<2> wind_error(fit_.noise.wind_tau_s, random_);
+    UnitProcess<2> receiver(fit_.noise.receiver_tau_s, random_);
+    const double receiver_sd = fit_.noise.one_receiver ? fit_.noise.receiver_sd : 0.0;
     std::vector<UnitProcess<1>> noise;
     for (const double tau_s : correlation_s) noise.emplace_back(tau_s, random_);
     const Vec6 noise_sd = sample_sd(stretch, end - first, correlation_s);
     const Helmsman helmsman(stretch.t_s, path, ship_.particulars.L_pp);
 
-    double now = 0.0;  // the helmsman's correction
+    double now = 0.0;                            // the helmsman's correction
+    Vec2<double> led_to = Vec2<double>::Zero();  // where the receiver's error has
     for (std::size_t i = first; i < end; ++i) {
-      record(i, ship.state, now, noise, noise_sd);
+      record(i, as_received(ship.state, receiver_sd * receiver.value(), led_to), now, noise, noise_sd);
       if (i + 1 == end) break;
       const double dt_s = t[i + 1] - t[i], then = helmsman.correction(t[i], ship.state);
       const std::size_t k = between(stretch.t_s, t[i]).before;
@@ -124,6 +127,8 @@ class SimulatedRecording {
       advance(ship, dt_s, now, then, fit_.noise.sigma_w.cwiseProduct(scale).cwiseProduct(model_error.value()),
               fit_.noise.wind_share * stretch.wind_speed_mps * wind_error.value());
       now = then;
+      led_to += dt_s * receiver_sd * receiver.value();
+      receiver.advance(dt_s);
       model_error.advance(dt_s);
       wind_error.advance(dt_s);
       for (UnitProcess<1>& one : noise) one.advance(dt_s);
@@ -133,6 +138,14 @@ class SimulatedRecording {
   Trajectory result() && { return std::move(result_); }
 
  private:
+  // As a receiver with a velocity error shows her.
+  static ShipState<double> as_received(ShipState<double> state, const Vec2<double>& error, const Vec2<double>& led_to) {
+    const double c = std::cos(state.eta(2)), s = std::sin(state.eta(2));
+    state.nu.head<2>() += Vec2<double>(c * error(0) + s * error(1), -s * error(0) + c * error(1));
+    state.eta.head<2>() += led_to;
+    return state;
+  }
+
   // Of one sample, whose mean over a point of the grid has the fit's.
   Vec6 sample_sd(const Stretch& stretch, std::size_t samples, const Vec6& correlation_s) const {
     const auto n = static_cast<Eigen::Index>(

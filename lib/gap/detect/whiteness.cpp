@@ -35,7 +35,7 @@ Whiteness whiteness(const FittedNull& fit) {
     }
     dof += kLags;
   }
-  if (dof > kLevels) result.p_value = chi_squared_survival(statistic, dof - kLevels);
+  if (dof > kReceiverLevel) result.p_value = chi_squared_survival(statistic, dof - kReceiverLevel);
   return result;
 }
 

@@ -223,9 +223,9 @@ class PathFilter {
     filter_.predict(k);
     filter_.update(k + 1, [](auto&&...) {});
     if (k + 1 < kPolicy.filter.first_points) return;
-    stretch_.path[k + 1] += filter_.mean;
+    stretch_.path[k + 1] += filter_.mean.head<kStates>();
     stretch_.steps[k].offset -= filter_.mean.head<kShipStates>();
-    filter_.mean.setZero();
+    filter_.mean.head<kStates>().setZero();
   }
 
  private:

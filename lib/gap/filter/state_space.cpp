@@ -23,19 +23,21 @@ Evidence& Evidence::operator+=(const Evidence& other) {
 }
 
 Filter::Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index count)
-    : mean(StateVector::Zero()),
-      covariance(StateMatrix::Zero()),
-      columns(Columns::Zero(kStates, count)),
+    : mean(Vector::Zero()),
+      covariance(Matrix::Zero()),
+      columns(Columns::Zero(kFilterStates, count)),
       stretch_(stretch),
       noise_(noise),
       wind_sd_(noise.wind_share * stretch.data->wind_speed_mps),
       rows_(kShipStates, count) {
   const StateVector& x = stretch.path.front();
-  mean.tail<kStates - kErrorStart>() = -x.tail<kStates - kErrorStart>();
+  mean.segment<kStates - kErrorStart>(kErrorStart) = -x.tail<kStates - kErrorStart>();
   covariance.diagonal().head<kShipStates>() = stretch.initial_sd.array().square();
   covariance.diagonal().segment<3>(kErrorStart) = sigma_w(0).array().square();
   covariance.block<3, 3>(kErrorStart, kErrorStart) += spread(0);
-  covariance.diagonal().tail<2>().setConstant(wind_sd_ * wind_sd_);
+  covariance.diagonal().segment<2>(kWindStart).setConstant(wind_sd_ * wind_sd_);
+  if (noise.one_receiver)
+    covariance.diagonal().segment<2>(kReceiverStart).setConstant(noise.receiver_sd * noise.receiver_sd);
 }
 
 Vec3<double> Filter::sigma_w(std::size_t k) const {
@@ -52,35 +54,42 @@ Mat3<double> Filter::spread(std::size_t k) const {
   return result;
 }
 
-StateMatrix Filter::transition(std::size_t k) const {
+Filter::Matrix Filter::transition(std::size_t k) const {
   const double dt = stretch_.data->dt_s(k);
-  StateMatrix A = StateMatrix::Zero();
-  A.topRows<kShipStates>() = stretch_.steps[k].A;
+  Matrix A = Matrix::Zero();
+  A.topLeftCorner<kShipStates, kStates>() = stretch_.steps[k].A;
   A.diagonal().segment<3>(kErrorStart).setConstant(std::exp(-dt / noise_.tau_s));
-  A.diagonal().tail<2>().setConstant(std::exp(-dt / noise_.wind_tau_s));
+  A.diagonal().segment<2>(kWindStart).setConstant(std::exp(-dt / noise_.wind_tau_s));
+  if (!noise_.one_receiver) return A;
+  const double kept = std::exp(-dt / noise_.receiver_tau_s);
+  A.diagonal().segment<2>(kReceiverStart).setConstant(kept);
+  A.block<2, 2>(0, kReceiverStart).diagonal().setConstant(noise_.receiver_tau_s * (1.0 - kept));  // its way
   return A;
 }
 
+template <int states>
 void Filter::predict(std::size_t k) {
-  const StateMatrix A = transition(k);
-  StateVector offset;
-  offset.head<kShipStates>() = stretch_.steps[k].offset;
+  const Matrix whole = transition(k);
+  const auto A = whole.topLeftCorner<states, states>();
+  Eigen::Matrix<double, states, 1> offset = Eigen::Matrix<double, states, 1>::Zero();
+  offset.template head<kShipStates>() = stretch_.steps[k].offset;
   for (int i = kErrorStart; i < kStates; ++i) offset[i] = A(i, i) * stretch_.path[k][i] - stretch_.path[k + 1][i];
-  mean = A * mean + offset;
+  mean.head<states>() = (A * mean.head<states>() + offset).eval();
   // A is full in its upper rows and diagonal below. Lazy products: for matrices this small, blocking costs more than it
   // saves.
-  const Eigen::Matrix<double, kShipStates, kStates>& upper = stretch_.steps[k].A;
-  constexpr int kErrors = kStates - kErrorStart;
-  const Eigen::Matrix<double, kErrors, 1> decay = A.diagonal().tail<kErrors>();
-  const Eigen::Matrix<double, kShipStates, kStates> moved = upper.lazyProduct(covariance);
+  const Eigen::Matrix<double, kShipStates, states> upper = A.template topRows<kShipStates>();
+  constexpr int kErrors = states - kErrorStart;
+  const Eigen::Matrix<double, kErrors, 1> decay = A.diagonal().template tail<kErrors>();
+  auto P = covariance.topLeftCorner<states, states>();
+  const Eigen::Matrix<double, kShipStates, states> moved = upper.lazyProduct(P);
   auto ship = covariance.topLeftCorner<kShipStates, kShipStates>();
   ship = moved.lazyProduct(upper.transpose());
   // Symmetric to the last bit: no measurement takes from the difference of the halves, which grows with what is
   // unstable.
   ship.triangularView<Eigen::StrictlyUpper>() = ship.transpose();
-  covariance.topRightCorner<kShipStates, kErrors>() = moved.rightCols<kErrors>() * decay.asDiagonal();
-  covariance.bottomLeftCorner<kErrors, kShipStates>() = covariance.topRightCorner<kShipStates, kErrors>().transpose();
-  covariance.bottomRightCorner<kErrors, kErrors>().array() *= (decay * decay.transpose()).array();
+  P.template topRightCorner<kShipStates, kErrors>() = moved.template rightCols<kErrors>() * decay.asDiagonal();
+  P.template bottomLeftCorner<kErrors, kShipStates>() = P.template topRightCorner<kShipStates, kErrors>().transpose();
+  P.template bottomRightCorner<kErrors, kErrors>().array() *= (decay * decay.transpose()).array();
   const Vec3<double> sigma = sigma_w(k + 1);
   for (int i = 0; i < 3; ++i)
     covariance(kErrorStart + i, kErrorStart + i) +=
@@ -89,42 +98,89 @@ void Filter::predict(std::size_t k) {
   for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
   const Vec6 timing = noise_.timing_sd * stretch_.steps[k].G.rightCols<1>();
   ship += timing * timing.transpose();
-  covariance.diagonal().array() += kPolicy.filter.tiny;
+  if constexpr (states > kStates) {
+    // Of an Ornstein-Uhlenbeck velocity and the way that it leads.
+    const double tau = noise_.receiver_tau_s, variance = noise_.receiver_sd * noise_.receiver_sd,
+                 kept = A(kReceiverStart, kReceiverStart), lost = 1.0 - kept;
+    for (int i = 0; i < 2; ++i) {
+      covariance(kReceiverStart + i, kReceiverStart + i) += variance * (1.0 - kept * kept);
+      covariance(i, kReceiverStart + i) += variance * tau * lost * lost;
+      covariance(kReceiverStart + i, i) += variance * tau * lost * lost;
+      covariance(i, i) += variance * tau * tau * (2.0 * stretch_.data->dt_s(k) / tau - 2.0 * lost - lost * lost);
+    }
+  }
+  P.diagonal().array() += kPolicy.filter.tiny;
   Eigen::Index first = 0;
-  for (; first + kWidth <= columns.cols(); first += kWidth) move_columns<kWidth>(upper, first);
-  for (; first < columns.cols(); ++first) move_columns<1>(upper, first);
-  for (int i = kErrorStart; i < kStates; ++i) columns.row(i) *= A(i, i);
+  for (; first + kWidth <= columns.cols(); first += kWidth) move_columns<states, kWidth>(upper, first);
+  for (; first < columns.cols(); ++first) move_columns<states, 1>(upper, first);
+  for (int i = kErrorStart; i < states; ++i) columns.row(i) *= A(i, i);
 }
 
-template <int width>
-void Filter::move_columns(const Eigen::Matrix<double, kShipStates, kStates>& A, Eigen::Index first) {
-  Eigen::Array<double, width, 1> in[kStates];
-  for (int j = 0; j < kStates; ++j) in[j] = columns.block<1, width>(j, first).transpose();
+template <int states, int width>
+void Filter::move_columns(const Eigen::Matrix<double, kShipStates, states>& A, Eigen::Index first) {
+  Eigen::Array<double, width, 1> in[states];
+  for (int j = 0; j < states; ++j) in[j] = columns.block<1, width>(j, first).transpose();
   for (int i = 0; i < kShipStates; ++i) {
     Eigen::Array<double, width, 1> out = A(i, 0) * in[0];
-    for (int j = 1; j < kStates; ++j) out += A(i, j) * in[j];
+    for (int j = 1; j < states; ++j) out += A(i, j) * in[j];
     columns.block<1, width>(i, first) = out.transpose();
   }
 }
 
-template <int width>
-void Filter::take_columns(int count, Eigen::Index first) {
-  Eigen::Array<double, width, 1> x[kStates];
-  for (int j = 0; j < kStates; ++j) x[j] = columns.block<1, width>(j, first).transpose();
-  for (int t = 0; t < count; ++t) {
-    const Taken& taken = taken_[static_cast<std::size_t>(t)];
-    const Eigen::Array<double, width, 1> row = x[taken.channel] * taken.per_root;
-    rows_.block<1, width>(t, first) = row.transpose();
-    for (int j = 0; j < kStates; ++j) x[j] -= taken.gain[j] * row;
+template <int states>
+int Filter::take(std::size_t k) {
+  auto P = covariance.topLeftCorner<states, states>();
+  auto m = mean.head<states>();
+  int count = 0;
+  for (int i = 0; i < kShipStates; ++i) {
+    const double y = stretch_.data->measured[k][i];
+    if (std::isnan(y)) continue;
+    Vec2<double> of_receiver = Vec2<double>::Zero();
+    Eigen::Matrix<double, states, 1> with = P.col(i);  // covariance of the states with what is measured
+    double S = covariance(i, i) + noise_.measurement_sd[i] * noise_.measurement_sd[i], expected = mean[i];
+    if constexpr (states > kStates)
+      if (i == 3 || i == 4) {
+        const double psi = stretch_.path[k][2];
+        of_receiver = i == 3 ? Vec2<double>(std::cos(psi), std::sin(psi)) : Vec2<double>(-std::sin(psi), std::cos(psi));
+        with += P.template rightCols<2>() * of_receiver;
+        S += (with.template tail<2>() + P.col(i).template tail<2>()).dot(of_receiver);
+        expected += m.template tail<2>().dot(of_receiver);
+      }
+    const double per_root = 1.0 / std::sqrt(S);
+    const double e = y - stretch_.path[k][i] - stretch_.mean_offset[k][i] - expected;
+    const Eigen::Matrix<double, states, 1> K = with / S;
+    m += K * e;
+    P -= K.lazyProduct((K * S).transpose());
+    Taken& taken = taken_[static_cast<std::size_t>(count++)];
+    taken = {i, e * per_root, S, per_root, Vector::Zero(), of_receiver};
+    taken.gain.head<states>() = K / per_root;
   }
-  for (int j = 0; j < kStates; ++j) columns.block<1, width>(j, first) = x[j].transpose();
+  Eigen::Index first = 0;
+  for (; first + kWidth <= columns.cols(); first += kWidth) take_columns<states, kWidth>(count, first);
+  for (; first < columns.cols(); ++first) take_columns<states, 1>(count, first);
+  return count;
 }
 
-void Filter::take_columns(int count) {
-  Eigen::Index first = 0;
-  for (; first + kWidth <= columns.cols(); first += kWidth) take_columns<kWidth>(count, first);
-  for (; first < columns.cols(); ++first) take_columns<1>(count, first);
+template <int states, int width>
+void Filter::take_columns(int count, Eigen::Index first) {
+  Eigen::Array<double, width, 1> x[states];
+  for (int j = 0; j < states; ++j) x[j] = columns.block<1, width>(j, first).transpose();
+  for (int t = 0; t < count; ++t) {
+    const Taken& taken = taken_[static_cast<std::size_t>(t)];
+    Eigen::Array<double, width, 1> row = x[taken.channel];
+    if constexpr (states > kStates)
+      row += taken.of_receiver(0) * x[kReceiverStart] + taken.of_receiver(1) * x[kReceiverStart + 1];
+    row *= taken.per_root;
+    rows_.block<1, width>(t, first) = row.transpose();
+    for (int j = 0; j < states; ++j) x[j] -= taken.gain[j] * row;
+  }
+  for (int j = 0; j < states; ++j) columns.block<1, width>(j, first) = x[j].transpose();
 }
+
+template void Filter::predict<kStates>(std::size_t k);
+template void Filter::predict<kFilterStates>(std::size_t k);
+template int Filter::take<kStates>(std::size_t k);
+template int Filter::take<kFilterStates>(std::size_t k);
 
 std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
                                          Eigen::Index count, const MoreColumns& more, const MeasuredColumns& measured) {
@@ -178,36 +234,59 @@ Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index
   return evidence_by_blocks(stretch, noise, stretch.path.size(), count, more, measured).front();
 }
 
+namespace {
+
+// What the filter knew at each point, before and after its measurements.
+struct Passed {
+  std::vector<Filter::Vector> predicted, filtered;
+  std::vector<Filter::Matrix> predicted_covariance, filtered_covariance;
+};
+
+// Rauch, Tung & Striebel (1965), of the first `states`.
+template <int states>
+void smooth_back(const Filter& filter, const Passed& passed, Smoothed& result) {
+  const std::size_t n = passed.filtered.size();
+  Eigen::Matrix<double, states, 1> state = passed.filtered[n - 1].head<states>();
+  Eigen::Matrix<double, states, states> covariance = passed.filtered_covariance[n - 1].topLeftCorner<states, states>();
+  for (std::size_t k = n - 1;; --k) {
+    result.state[k] = state.template head<kStates>();
+    result.covariance[k] = covariance.template topLeftCorner<kStates, kStates>();
+    if (k == 0) return;
+    const Eigen::Matrix<double, states, states> A = filter.transition(k - 1).topLeftCorner<states, states>(),
+                                                filtered =
+                                                    passed.filtered_covariance[k - 1].topLeftCorner<states, states>(),
+                                                predicted =
+                                                    passed.predicted_covariance[k].topLeftCorner<states, states>();
+    const Eigen::Matrix<double, states, states> C = predicted.ldlt().solve(A * filtered).transpose();
+    state = passed.filtered[k - 1].head<states>() + C * (state - passed.predicted[k].head<states>());
+    covariance = filtered + C * (covariance - predicted) * C.transpose();
+  }
+}
+
+}  // namespace
+
 Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::VectorXd& dtheta) {
   const std::size_t n = stretch.path.size();
   Smoothed result;
   result.state.resize(n);
   result.covariance.resize(n);
   result.innovations.assign(n, Vec6::Constant(kMissing));
-  std::vector<StateVector> predicted(n), filtered(n);
-  std::vector<StateMatrix> predicted_covariance(n), filtered_covariance(n);
+  Passed passed{std::vector<Filter::Vector>(n), std::vector<Filter::Vector>(n), std::vector<Filter::Matrix>(n),
+                std::vector<Filter::Matrix>(n)};
   Filter filter(stretch, noise, 0);
   for (std::size_t k = 0; k < n; ++k) {
     if (k > 0) {
       filter.predict(k - 1);
       filter.mean.head<kShipStates>() += stretch.steps[k - 1].G * dtheta;
     }
-    predicted[k] = filter.mean;
-    predicted_covariance[k] = filter.covariance;
+    passed.predicted[k] = filter.mean;
+    passed.predicted_covariance[k] = filter.covariance;
     filter.update(k, [&](int i, double z, const auto&, double) { result.innovations[k][i] = z; });
-    filtered[k] = filter.mean;
-    filtered_covariance[k] = filter.covariance;
+    passed.filtered[k] = filter.mean;
+    passed.filtered_covariance[k] = filter.covariance;
   }
-  // Rauch, Tung & Striebel (1965).
-  result.state[n - 1] = filtered[n - 1];
-  result.covariance[n - 1] = filtered_covariance[n - 1];
-  for (std::size_t k = n - 1; k-- > 0;) {
-    const StateMatrix A = filter.transition(k);
-    const StateMatrix C = predicted_covariance[k + 1].ldlt().solve(A * filtered_covariance[k]).transpose();
-    result.state[k] = filtered[k] + C * (result.state[k + 1] - predicted[k + 1]);
-    result.covariance[k] =
-        filtered_covariance[k] + C * (result.covariance[k + 1] - predicted_covariance[k + 1]) * C.transpose();
-  }
+  noise.one_receiver ? smooth_back<kFilterStates>(filter, passed, result)
+                     : smooth_back<kStates>(filter, passed, result);
   for (std::size_t k = 0; k < n; ++k) result.state[k] += stretch.path[k];
   return result;
 }

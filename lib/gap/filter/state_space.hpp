@@ -13,7 +13,10 @@
 ///   x = (eta, nu, w, e): pose, velocity, error of the acceleration, error of the recorded true wind;
 ///   (eta, nu)(k+1) = simulator's step from (eta, nu)(k) with the accelerations w(k) added and the wind e(k);
 ///   w and e are first-order Gauss-Markov (Ornstein-Uhlenbeck) processes, held over a step.
-/// Measured are eta and nu with white noise. Around a path and parameters theta,
+/// Measured are eta and nu with white noise. Where positions and velocities are of one receiver they share an error
+/// beside it, n, a velocity in earth axes that is an Ornstein-Uhlenbeck process as well: u and v_m are measured with it
+/// on top, and the position goes where it leads. The filter has its two components as states. Around a path and
+/// parameters theta,
 ///   dx(k+1) = offset + A dx(k) + G dtheta + noise.
 /// Forces would be the wrong place for the error: a lighter ship would make it cheaper (docs/gap-locate.md).
 /// Where the simulator is an ensemble, the stationary covariance of w grows by that of its members' accelerations;
@@ -21,6 +24,8 @@
 namespace leeway::gap {
 
 inline constexpr int kStates = 11, kShipStates = 6, kErrorStart = 6, kWindStart = 9;
+/// With the error of a receiver, which acts on no ship: states of the filter alone.
+inline constexpr int kReceiverStart = kStates, kFilterStates = kStates + 2;
 using StateVector = Eigen::Matrix<double, kStates, 1>;
 using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 /// Derivatives of `rows` quantities by many columns, one row after another: what the filter does to rows goes along
@@ -93,6 +98,9 @@ struct Noise {
   /// Of each step's own timing of the actuators, in tenths of the sampling time: where they moved between two samples
   /// is not known, and a straight line is wrong by up to a third of the time between.
   double timing_sd = kPolicy.filter.timing_sd;
+  /// Whether positions and velocities are of one receiver, and share an error: a velocity [m/s] of each component.
+  bool one_receiver = false;
+  double receiver_sd = kPolicy.filter.first_receiver_sd_mps, receiver_tau_s = kPolicy.filter.first_receiver_tau_s;
   bool knows_events = true;  ///< whether LinearStretch::event_scale counts
   bool knows_spread = true;  ///< whether LinearStep::spread and beyond count
 };
@@ -137,51 +145,46 @@ struct Evidence {
 /// The Kalman filter along a stretch, step by step; white innovations come out one by one.
 class Filter {
  public:
-  using Columns = ByRow<kStates>;
+  using Columns = ByRow<kFilterStates>;
+  using Vector = Eigen::Matrix<double, kFilterStates, 1>;
+  using Matrix = Eigen::Matrix<double, kFilterStates, kFilterStates>;
 
   Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index columns);
 
   /// Goes from point k to k+1; the caller then adds its columns to the top six rows of `columns`.
-  void predict(std::size_t k);
+  void predict(std::size_t k) { noise_.one_receiver ? predict<kFilterStates>(k) : predict<kStates>(k); }
   /// Takes the measurements of point k one by one: innovation(channel, z, row, S), z with variance 1, S the variance
   /// before, row = dz/dbeta with the sign that makes b = sum z row.
   template <typename Innovation>
   void update(std::size_t k, const Innovation& innovation) {
-    int count = 0;
-    for (int i = 0; i < kShipStates; ++i) {
-      const double y = stretch_.data->measured[k][i];
-      if (std::isnan(y)) continue;
-      const double S = covariance(i, i) + noise_.measurement_sd[i] * noise_.measurement_sd[i];
-      const double per_root = 1.0 / std::sqrt(S);
-      const double e = y - stretch_.path[k][i] - stretch_.mean_offset[k][i] - mean[i];
-      const StateVector K = covariance.col(i) / S;
-      mean += K * e;
-      covariance -= K.lazyProduct((K * S).transpose());
-      taken_[count++] = {i, e * per_root, S, per_root, K / per_root};
-    }
-    take_columns(count);
+    const int count = noise_.one_receiver ? take<kFilterStates>(k) : take<kStates>(k);
     for (int t = 0; t < count; ++t) innovation(taken_[t].channel, taken_[t].z, rows_.row(t), taken_[t].S);
   }
 
-  StateVector mean;  ///< of dx, given what was taken so far
-  StateMatrix covariance;
+  Vector mean;  ///< of dx and the receiver's error, given what was taken so far
+  Matrix covariance;
   Columns columns;  ///< d mean/d beta
-  StateMatrix transition(std::size_t k) const;
+  Matrix transition(std::size_t k) const;
 
  private:
   struct Taken {
     int channel;
     double z, S, per_root;
-    StateVector gain;
+    Vector gain;
+    Vec2<double> of_receiver;  // derivative of what is measured by the receiver's error
   };
   Vec3<double> sigma_w(std::size_t k) const;
   Mat3<double> spread(std::size_t k) const;
+  // All below is with the states of a receiver's error (kFilterStates) or without (kStates).
+  template <int states>
+  void predict(std::size_t k);
+  template <int states>
+  int take(std::size_t k);
   /// What measurements do to the columns: a few columns at a time, which stay in registers.
-  void take_columns(int count);
-  template <int width>
+  template <int states, int width>
   void take_columns(int count, Eigen::Index first);
-  template <int width>
-  void move_columns(const Eigen::Matrix<double, kShipStates, kStates>& A, Eigen::Index first);
+  template <int states, int width>
+  void move_columns(const Eigen::Matrix<double, kShipStates, states>& A, Eigen::Index first);
 
   const LinearStretch& stretch_;
   const Noise& noise_;

@@ -30,6 +30,8 @@ Climb::Climb(const Campaign& campaign, FittedNull& fit, const Hypothesis& hypoth
   if (knows_sensors)
     for (int level = kTauLevel + 1; level < kWindLevel; ++level) free_levels_.push_back(level);
   if (campaign.has_wind) free_levels_.push_back(kWindLevel);
+  if (knows_sensors && fit.noise.one_receiver)
+    for (const int level : {kReceiverLevel, kReceiverLevel + 1}) free_levels_.push_back(level);
   acting_.resize(campaign.stretches.size());
   for (std::size_t s = 0; s < campaign.stretches.size(); ++s)
     own_.push_back(fit.stretches[s].data ? fit.stretches[s].data

@@ -80,7 +80,8 @@ double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Ei
 
 Levels levels_of(const Noise& noise) {
   Levels h;
-  h << noise.sigma_w, noise.tau_s, noise.measurement_sd[0], noise.measurement_sd.tail<4>(), noise.wind_share;
+  h << noise.sigma_w, noise.tau_s, noise.measurement_sd[0], noise.measurement_sd.tail<4>(), noise.wind_share,
+      noise.receiver_sd, noise.receiver_tau_s;
   return h.array().log();
 }
 
@@ -92,6 +93,8 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   noise.measurement_sd << x[4], x[4], x.segment<4>(5);
   noise.measurement_sd = noise.measurement_sd.cwiseMax(like.least_measurement_sd);
   noise.wind_share = x[kWindLevel];
+  noise.receiver_sd = x[kReceiverLevel];
+  noise.receiver_tau_s = x[kReceiverLevel + 1];
   return noise;
 }
 

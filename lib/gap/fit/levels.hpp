@@ -9,8 +9,9 @@
 /// Levels of the noise, and how well they explain the recordings.
 namespace leeway::gap {
 
-/// The noise levels as one vector of logarithms: sigma_w (3), tau, position, heading, u, v_m, r, share of the wind.
-inline constexpr int kLevels = 10, kTauLevel = 3, kWindLevel = 9;
+/// The noise levels as one vector of logarithms: sigma_w (3), tau, position, heading, u, v_m, r, share of the wind, sd
+/// and tau of a receiver's error.
+inline constexpr int kLevels = 12, kTauLevel = 3, kWindLevel = 9, kReceiverLevel = 10;
 using Levels = Eigen::Matrix<double, kLevels, 1>;
 Levels levels_of(const Noise& noise);
 Noise noise_of(const Levels& levels, const Noise& like);

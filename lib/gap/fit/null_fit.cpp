@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -102,6 +103,7 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
   report.tau_s = fit.noise.tau_s;
   report.coefficient_scale = fit.scale;
   if (campaign.has_wind) report.wind_share = fit.noise.wind_share;
+  if (fit.noise.one_receiver) report.receiver = {fit.noise.receiver_sd, fit.noise.receiver_tau_s};
   report.typical = typical_acceleration(fit.stretches);
   report.step_s = campaign.step_s;
   report.samples = fit.total.measurements;
@@ -158,6 +160,43 @@ void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
 
 }  // namespace
 
+namespace {
+
+// Levels at which the recordings are likelier if positions and velocities err together: by one receiver, or one derived
+// from the other. A model error that changes as fast as is allowed is noise of the sensors, in part at least.
+std::optional<Noise> with_one_receiver(const Campaign& campaign, const Climb& climb, const FittedNull& fit) {
+  const bool is_fast = fit.noise.tau_s < (1.0 + kPolicy.fit.at_bound) * fit.noise.least_tau_s;
+  if (fit.noise.one_receiver || !is_fast || !campaign.has_position) return std::nullopt;
+  LevelProblem problem = climb.levels();
+  const Levels now = levels_of(fit.noise);
+  const double before = problem.costs({now}).front();
+  problem.like.one_receiver = true;
+  problem.free.insert(problem.free.end(), {kReceiverLevel, kReceiverLevel + 1});
+  Levels start = now, unit = Levels::Ones();
+  start.head<2>().array() -= std::log(kPolicy.fit.less_error_with_receiver);
+  const Levels best = problem.minimize(start, static_cast<int>(kPolicy.fit.receiver_steps), unit);
+  if (problem.costs({best}).front() >= before) return std::nullopt;
+  return noise_of(best, problem.like);
+}
+
+// The fit with that error, from there on; the same without it where that is not likelier in the end.
+void fit_receiver(const Campaign& campaign, const FitOptions& options, const Climb& climb, FittedNull& fit) {
+  const std::optional<Noise> noise = with_one_receiver(campaign, climb, fit);
+  if (!noise) return finish(campaign, climb, options.jobs, true, fit);
+  FittedNull other = fit;
+  other.noise = *noise;
+  const Hypothesis nothing;
+  Climb again(campaign, other, nothing, options, true);
+  other.report.converged = again.until_converged(options.most_iterations, Judged::all);
+  take(file_evidence(other.total, other.theta, widths_by_scale(other.parameters, other.effects)).likeliest, other);
+  other.report.converged &= again.until_converged(options.most_iterations / 2, Judged::nothing);
+  if (log_evidence(other) < log_evidence(fit)) return finish(campaign, climb, options.jobs, true, fit);
+  finish(campaign, again, options.jobs, true, other);
+  fit = std::move(other);
+}
+
+}  // namespace
+
 FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const FittedNull* near_by) {
   FittedNull fit;
   if (campaign.ensemble)
@@ -188,7 +227,7 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
     fit.report.converged = climb.until_converged(options.most_iterations / 2, Judged::all);
   }
   if (!fit.report.converged) fit_from_stated(climb, options, fit);
-  finish(campaign, climb, options.jobs, true, fit);
+  fit_receiver(campaign, options, climb, fit);
   return fit;
 }
 

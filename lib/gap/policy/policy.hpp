@@ -140,6 +140,8 @@ struct FilterPolicy {
   double initial_rate_froude = 0.2;  ///< [sqrt(g/L)] the same of the yaw rate | origin: choice, wide
   double first_wind_share = 0.12;  ///< [-] sd of the wind's error by its mean speed, from which a fit begins | origin: choice
   double timing_sd = 2.0;  ///< [tenths of the sampling time] sd of each step's own timing | origin: theory, a straight line between samples errs by up to a third of their distance
+  double first_receiver_sd_mps = 0.005;  ///< [m/s] error that a receiver's velocity and way share, where its estimate begins | origin: choice
+  double first_receiver_tau_s = 1.5;  ///< [s] its correlation time, of sensors and so the same at any scale | origin: choice
   double actuator_timing_sd = 0.3;  ///< [tenths of the sampling time] sd of how much later than recorded all actuators moved, unless the ship file states it | origin: theory, timings of single steps average over some forty moves; measured: -0.04 +- 0.25 and -0.11 +- 0.48 on four noisy maneuvers of each of two ships
   double heading_difference_rad = 0.01;  ///< [rad] for derivatives of networks | origin: choice
   std::size_t fewest_points = 20;  ///< [points] of a stretch: about two correlation times of the model error | origin: choice
@@ -220,6 +222,8 @@ struct FitPolicy {
   double first_tau_s = 12.0;  ///< [s] at 3 m, times sqrt(L): its correlation time there | origin: choice
   double least_tau_s = 4.0;  ///< [s] at 3 m: shorter is noise of the sensors | origin: choice
   double longest_tau_s = 40.0;  ///< [s] at 3 m: longer is a force that has a cause | origin: choice
+  double less_error_with_receiver = 3.0;  ///< [-] by which the ship's model error is smaller where a receiver's is sought | origin: choice, a start
+  std::int64_t receiver_steps = 20;  ///< [steps] of the levels until that is judged | origin: choice, time
   double wind_tau_s = 15.0;  ///< [s] at 3 m: correlation time of the wind's error | origin: choice
   double least_position_sd_m = 1e-3;  ///< [m] at 3 m, times L^(1/4): no sensor shows less | origin: choice
   double least_heading_sd_deg = 0.02;  ///< [deg] the same of headings | origin: choice

@@ -188,6 +188,7 @@ Json sigma_w(const NullFit& fit) {
   }
   result["tau_s"] = number(fit.tau_s);
   result["coefficient_scale"] = number(fit.coefficient_scale);
+  result["receiver"] = fit.receiver ? Json{{"sd_mps", fit.receiver->sd_mps}, {"tau_s", fit.receiver->tau_s}} : Json();
   return result;
 }
 

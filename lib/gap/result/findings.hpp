@@ -41,6 +41,11 @@ struct ParameterShift {
   std::optional<Difference> difference = std::nullopt;
 };
 
+/// An error that positions and velocities share, of one receiver: a velocity of each component.
+struct ReceiverError {
+  double sd_mps = 0.0, tau_s = 0.0;  ///< standard deviation, correlation time
+};
+
 struct NullFit {
   std::vector<ParameterShift> parameters;
   Estimate actuator_lag;  ///< how much later than recorded the actuators moved, by the recordings' sampling time
@@ -49,6 +54,7 @@ struct NullFit {
   Vec3<double> typical = Vec3<double>::Zero();     ///< rms of the recorded accelerations, same units
   double tau_s = 0.0;                              ///< correlation time of the model error
   std::optional<double> wind_share;  ///< sd of the recorded wind's error by its mean speed, where wind is recorded
+  std::optional<ReceiverError> receiver;  ///< where positions and velocities err together
   std::vector<Estimate> noise;       ///< of one sample of the filter's grid: "u_mps", "r_degps", ...
   double coefficient_scale = 1.0;    ///< by which the coefficients are more uncertain than stated: likeliest
   double log_likelihood = 0.0, log_likelihood_per_sample = 0.0;

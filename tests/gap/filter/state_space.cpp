@@ -7,6 +7,7 @@
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 
+#include "core/units.hpp"
 #include "gap/simulated_campaign.hpp"
 
 using namespace leeway;
@@ -46,4 +47,100 @@ TEST_CASE("filter: a ship that does not keep her course leaves covariances what 
   }
   CHECK(fastest > 1.1);  // a step of the grid
   CHECK(std::isfinite(gap::evidence(linear, noise).log_likelihood));
+}
+
+TEST_CASE("filter: with a receiver's error it gives the density of what is measured", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const std::vector<Trajectory> recordings =
+      test::recorded({.ship = "esso-osaka-3m", .recordings = 1, .duration_s = 40.0, .wind_mps = 0.0}, ship);
+  const gap::Campaign campaign = gap::prepare(ship, recordings, {});
+  const auto stretch = std::make_shared<const gap::Stretch>(campaign.stretches.front());
+  const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
+  const gap::LinearStretch linear =
+      gap::linearize(ship, stretch, gap::measured_path(*stretch), Eigen::VectorXd::Zero(coefficients));
+  gap::Noise noise;
+  noise.sigma_w = {5e-4, 5e-4, 5e-4};
+  noise.tau_s = 10.0;
+  noise.wind_tau_s = 15.0;
+  noise.measurement_sd << 0.01, 0.02, 0.002, 0.004, 0.003, 0.002;
+  noise.timing_sd = 0.0;
+  noise.knows_spread = false;
+  noise.one_receiver = true;
+  noise.receiver_sd = 0.02;
+  noise.receiver_tau_s = 3.0;
+
+  // All states of all points as one Gaussian vector, then what is measured of them.
+  constexpr int states = gap::kFilterStates;
+  const auto n = static_cast<Eigen::Index>(linear.path.size());
+  gap::Filter filter(linear, noise, 0);
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(states * n, states * n);
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(states * n);
+  P.topLeftCorner<states, states>() = filter.covariance;
+  mean.head<states>() = filter.mean;
+  for (Eigen::Index k = 0; k + 1 < n; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const gap::Filter::Matrix A = filter.transition(at);
+    gap::Filter::Matrix Q = gap::Filter::Matrix::Zero();
+    for (int i = 0; i < 3; ++i)
+      Q(6 + i, 6 + i) = noise.sigma_w[i] * noise.sigma_w[i] * (1.0 - A(6 + i, 6 + i) * A(6 + i, 6 + i));
+    // The receiver's velocity n and its way w over dt, by many small steps: dw = n dt.
+    const double dt = stretch->dt_s(at), h = dt / 20000.0, kept = std::exp(-h / noise.receiver_tau_s);
+    double nn = 0.0, nw = 0.0, ww = 0.0;
+    for (int i = 0; i < 20000; ++i) {
+      ww += 2.0 * h * nw + h * h * nn;
+      nw = kept * (nw + h * nn);
+      nn = kept * kept * nn + noise.receiver_sd * noise.receiver_sd * (1.0 - kept * kept);
+    }
+    for (int i = 0; i < 2; ++i) {
+      Q(11 + i, 11 + i) = nn;
+      Q(i, 11 + i) = Q(11 + i, i) = nw;
+      Q(i, i) = ww;
+    }
+    P.block(states * (k + 1), 0, states, states * (k + 1)) = A * P.block(states * k, 0, states, states * (k + 1));
+    P.block(0, states * (k + 1), states * (k + 1), states) =
+        P.block(states * (k + 1), 0, states, states * (k + 1)).transpose();
+    P.block<states, states>(states * (k + 1), states * (k + 1)) =
+        A * P.block<states, states>(states * k, states * k) * A.transpose() + Q;
+    gap::Filter::Vector offset = gap::Filter::Vector::Zero();
+    offset.head<6>() = linear.steps[at].offset;
+    mean.segment<states>(states * (k + 1)) = A * mean.segment<states>(states * k) + offset;
+  }
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(6 * n, states * n);
+  Eigen::VectorXd y(6 * n), R(6 * n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const gap::StateVector& x = linear.path[static_cast<std::size_t>(k)];
+    const double c = std::cos(x[2]), s = std::sin(x[2]);
+    H.block(6 * k, states * k, 6, 6).setIdentity();
+    H.block<1, 2>(6 * k + 3, states * k + 11) << c, s;
+    H.block<1, 2>(6 * k + 4, states * k + 11) << -s, c;
+    y.segment<6>(6 * k) =
+        stretch->measured[static_cast<std::size_t>(k)] - x.head<6>() - linear.mean_offset[static_cast<std::size_t>(k)];
+    R.segment<6>(6 * k) = noise.measurement_sd.array().square();
+  }
+  // What was not measured has no row.
+  std::vector<Eigen::Index> known;
+  for (Eigen::Index i = 0; i < y.size(); ++i)
+    if (!std::isnan(y[i])) known.push_back(i);
+  const auto count = static_cast<Eigen::Index>(known.size());
+  Eigen::MatrixXd rows(count, states * n), S;
+  Eigen::VectorXd e(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    rows.row(i) = H.row(known[static_cast<std::size_t>(i)]);
+    e[i] = y[known[static_cast<std::size_t>(i)]] - rows.row(i).dot(mean);
+  }
+  S = rows * P * rows.transpose();
+  for (Eigen::Index i = 0; i < count; ++i) S(i, i) += R[known[static_cast<std::size_t>(i)]];
+  const Eigen::LLT<Eigen::MatrixXd> factor(S);
+  const double expected = -0.5 * (e.dot(factor.solve(e)) + 2.0 * factor.matrixLLT().diagonal().array().log().sum() +
+                                  static_cast<double>(count) * std::log(2.0 * kPi));
+  CHECK(gap::evidence(linear, noise).log_likelihood == Approx(expected).margin(0.05));
+
+  // And the smoothed states are the conditional means.
+  const Eigen::VectorXd all = mean + P * rows.transpose() * factor.solve(e);
+  const gap::Smoothed smoothed = gap::smooth(linear, noise, Eigen::VectorXd::Zero(coefficients));
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const gap::StateVector off = smoothed.state[static_cast<std::size_t>(k)] -
+                                 linear.path[static_cast<std::size_t>(k)] - all.segment<11>(states * k);
+    CHECK(off.head<6>().cwiseAbs().maxCoeff() < 1e-4);
+  }
 }

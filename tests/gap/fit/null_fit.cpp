@@ -77,10 +77,40 @@ TEST_CASE("gap: noise levels are recovered, and a perfect simulator errs by noth
     CHECK_THAT(fit.report.noise[i].value, WithinRel(planted[i], 0.15));
   }
   for (int axis = 0; axis < 3; ++axis) CHECK(fit.report.sigma_w[axis] < 0.15 * fit.report.typical[axis]);
+  CHECK_FALSE(fit.report.receiver);
   for (const gap::ParameterShift& shift : fit.report.parameters) {
     CAPTURE(shift.name);
     CHECK(std::abs(shift.factor - 1.0) < 4.0 * shift.factor_sd + 0.02);
   }
+}
+
+TEST_CASE("gap: an error that positions and velocities share is the receiver's, not the simulator's", "[gap][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  constexpr double sd_mps = 0.02, tau_s = 3.0;
+  std::vector<Trajectory> recordings = zigzags(ship, 300.0);
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    Trajectory& run = recordings[r];
+    RandomStream random(5, "receiver", r);
+    const double kept = std::exp(-1.0 / tau_s);
+    Vec2<double> error(sd_mps * random.normal(), sd_mps * random.normal()), way = Vec2<double>::Zero();
+    for (std::size_t k = 0; k < run.size(); ++k) {
+      const double c = std::cos(run[Channel::psi][k]), s = std::sin(run[Channel::psi][k]);
+      run[Channel::u][k] += c * error(0) + s * error(1);
+      run[Channel::vm][k] += -s * error(0) + c * error(1);
+      run[Channel::x0][k] += way(0);
+      run[Channel::y0][k] += way(1);
+      const Vec2<double> next =
+          kept * error + sd_mps * std::sqrt(1.0 - kept * kept) * Vec2<double>(random.normal(), random.normal());
+      way += 0.5 * (error + next);
+      error = next;
+    }
+  }
+  const gap::FittedNull fit = gap::fit_null(gap::prepare(ship, recordings, {}), {});
+  CHECK(fit.report.converged);
+  REQUIRE(fit.report.receiver);
+  CHECK_THAT(fit.report.receiver->sd_mps, WithinRel(sd_mps, 0.25));
+  CHECK_THAT(fit.report.receiver->tau_s, WithinRel(tau_s, 0.5));
+  for (int axis = 0; axis < 3; ++axis) CHECK(fit.report.sigma_w[axis] < 0.15 * fit.report.typical[axis]);
 }
 
 TEST_CASE("gap: correlated noise is not taken for a simulator that errs", "[gap][long]") {
