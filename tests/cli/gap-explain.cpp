@@ -57,7 +57,7 @@ TEST_CASE("gap-explain: options that do not go together are a wrong command line
   }
 }
 
-TEST_CASE("gap-explain: a calibration writes a ship that other tools draw from", "[cli][gap]") {
+TEST_CASE("gap-explain: a calibration writes a ship that other tools draw from", "[cli][gap][long]") {
   const test::TemporaryFolder folder;
   REQUIRE(run(folder,
               "for a in 10 20; do mmg-sim zigzag --ship vectwin-3m-estimated --rudder-deg $a --heading-deg 20 --noise "

@@ -94,7 +94,8 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   noise.measurement_sd = noise.measurement_sd.cwiseMax(like.least_measurement_sd);
   noise.wind_share = x[kWindLevel];
   noise.receiver_sd = x[kReceiverLevel];
-  noise.receiver_tau_s = x[kReceiverLevel + 1];
+  // Slower is a force that has a cause, as faster errors of the ship are noise of the sensors.
+  noise.receiver_tau_s = std::min(x[kReceiverLevel + 1], like.least_tau_s);
   return noise;
 }
 

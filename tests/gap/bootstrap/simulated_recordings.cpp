@@ -67,7 +67,7 @@ TEST_CASE("simulated recordings: as the recorded ones, with new noise, holes in 
   }
 }
 
-TEST_CASE("simulated recordings: what is drawn scatters as the fit says", "[gap][bootstrap]") {
+TEST_CASE("simulated recordings: what is drawn scatters as the fit says", "[gap][bootstrap][long]") {
   const Ship ship = read_ship("esso-osaka-3m");
   std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 3, 3, 150.0, 1.0, 0.0}, ship);
   const gap::Investigation investigation = gap::investigate(ship, recordings, {});
