@@ -177,6 +177,7 @@ struct Analysis {
 
 std::vector<double> probabilities_of(const std::vector<Explained>& hypotheses) {
   std::vector<double> result;
+  result.reserve(hypotheses.size());
   for (const Explained& hypothesis : hypotheses) result.push_back(hypothesis.probability);
   return result;
 }

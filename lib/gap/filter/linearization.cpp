@@ -98,7 +98,7 @@ class Derivatives {
 
   /// The end of the step; A, spread and the part of G that is not the timing's are written.
   Vec6 advance(const StateVector& x, const std::vector<StepInputs<double>>& inputs, double h_s, LinearStep& step) {
-    const Vec6 end = advance(x, inputs, h_s, step, false);
+    Vec6 end = advance(x, inputs, h_s, step, false);
     step.spread = switched(x, with_error(inputs[inputs.size() / 2], Vec2<double>(x.tail<2>())).middle);
     if ((step.spread.diagonal().cwiseSqrt().array() > switching_.array()).any()) advance(x, inputs, h_s, step, true);
     return end;

@@ -19,9 +19,9 @@ void add_notices(Findings& findings, const Campaign& campaign) {
         fmt::format("{} of {} measurements lay more than {:g} sd from what the others predict and were left out",
                     fit.outliers, fit.samples + fit.outliers, kPolicy.fit.outlier_sd));
   if (fit.receiver)
-    notices.push_back(
-        fmt::format("positions and velocities err together, by {:.2g} m/s for some {:.2g} s, as those of one receiver do",
-                    fit.receiver->sd_mps, fit.receiver->tau_s));
+    notices.push_back(fmt::format(
+        "positions and velocities err together, by {:.2g} m/s for some {:.2g} s, as those of one receiver do",
+        fit.receiver->sd_mps, fit.receiver->tau_s));
   if (fit.is_noise_free)
     notices.push_back(
         fmt::format("u, v_m and r show no noise, as simulated recordings: differences below {:.0f} % of the typical "

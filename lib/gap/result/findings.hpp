@@ -53,10 +53,10 @@ struct NullFit {
   Vec3<double> sigma_w_sd = Vec3<double>::Zero();  ///< its standard error
   Vec3<double> typical = Vec3<double>::Zero();     ///< rms of the recorded accelerations, same units
   double tau_s = 0.0;                              ///< correlation time of the model error
-  std::optional<double> wind_share;  ///< sd of the recorded wind's error by its mean speed, where wind is recorded
+  std::optional<double> wind_share;       ///< sd of the recorded wind's error by its mean speed, where wind is recorded
   std::optional<ReceiverError> receiver;  ///< where positions and velocities err together
-  std::vector<Estimate> noise;       ///< of one sample of the filter's grid: "u_mps", "r_degps", ...
-  double coefficient_scale = 1.0;    ///< by which the coefficients are more uncertain than stated: likeliest
+  std::vector<Estimate> noise;            ///< of one sample of the filter's grid: "u_mps", "r_degps", ...
+  double coefficient_scale = 1.0;         ///< by which the coefficients are more uncertain than stated: likeliest
   double log_likelihood = 0.0, log_likelihood_per_sample = 0.0;
   std::size_t samples = 0;  ///< scalar measurements
   double step_s = 0.0;      ///< the filter's time grid
