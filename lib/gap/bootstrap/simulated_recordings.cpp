@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/errors.hpp"
+#include "core/linear_algebra.hpp"
 #include "core/wind.hpp"
 #include "gap/filter/state_space.hpp"
 #include "gap/fit/effect_columns.hpp"
