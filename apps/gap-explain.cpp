@@ -41,9 +41,8 @@ void add_options(CLI::App& app, Options& o) {
   CLI::Option* const thorough = app.add_flag(
       "--thorough", o.thorough,
       "make the stated probabilities true of campaigns like this one: they are simulated from what was found, and "
-      "analyzed again, --jobs at a time; a batch job: 40 campaigns take 10 to 20 times as long as a run without, on "
-      "two "
-      "cores");
+      "analyzed again, --jobs at a time; a batch job: on two cores 40 campaigns take 10 to 20 times as long as a run "
+      "without");
   app.add_option("--campaigns", o.campaigns, "how many are simulated")
       ->needs(thorough)
       ->check(CLI::Range(std::size_t{1}, std::size_t{10000}))

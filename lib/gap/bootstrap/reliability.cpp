@@ -38,8 +38,10 @@ void fit_reliability(Bootstrap& bootstrap) {
   double low = -reach, high = reach;
   while (high - low > kPolicy.bootstrap.sharpness_tolerance) {
     const double left = high - share * (high - low), right = low + share * (high - low);
-    (log_posterior(bootstrap, left) > log_posterior(bootstrap, right) ? high : low) =
-        log_posterior(bootstrap, left) > log_posterior(bootstrap, right) ? right : left;
+    if (log_posterior(bootstrap, left) > log_posterior(bootstrap, right))
+      high = right;
+    else
+      low = left;
   }
   bootstrap.sharpness = std::exp(0.5 * (low + high));
 }

@@ -12,18 +12,27 @@
 
 using namespace leeway;
 
+namespace {
+
+// What the Esso Osaka recorded in calm air, with a ship linearized along it.
+gap::LinearStretch linearized(const Ship& ship, double duration_s) {
+  const std::vector<Trajectory> recordings =
+      test::recorded({.ship = "esso-osaka-3m", .recordings = 1, .duration_s = duration_s, .wind_mps = 0.0},
+                     read_ship("esso-osaka-3m"));
+  const gap::Campaign campaign = gap::prepare(ship, recordings, {});
+  REQUIRE(campaign.stretches.size() == 1);
+  const auto stretch = std::make_shared<const gap::Stretch>(campaign.stretches.front());
+  const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
+  return gap::linearize(ship, stretch, gap::measured_path(*stretch), Eigen::VectorXd::Zero(coefficients));
+}
+
+}  // namespace
+
 TEST_CASE("filter: a ship that does not keep her course leaves covariances what they are", "[gap]") {
   // Little model error, so that the filter believes a ship that runs away from what is measured.
   Ship unstable = read_ship("esso-osaka-3m");
   unstable.multiply({{"hull.N_v", 4.0}, {"hull.N_r", 0.2}});
-  const std::vector<Trajectory> recordings = test::recorded(
-      {.ship = "esso-osaka-3m", .recordings = 1, .duration_s = 600.0, .wind_mps = 0.0}, read_ship("esso-osaka-3m"));
-  const gap::Campaign campaign = gap::prepare(unstable, recordings, {});
-  REQUIRE(campaign.stretches.size() == 1);
-  const auto stretch = std::make_shared<const gap::Stretch>(campaign.stretches.front());
-  const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(unstable).size());
-  const gap::LinearStretch linear =
-      gap::linearize(unstable, stretch, gap::measured_path(*stretch), Eigen::VectorXd::Zero(coefficients));
+  const gap::LinearStretch linear = linearized(unstable, 600.0);
   gap::Noise noise;
   noise.sigma_w = {5e-5, 5e-5, 5e-5};
   noise.tau_s = 10.0;
@@ -50,14 +59,7 @@ TEST_CASE("filter: a ship that does not keep her course leaves covariances what 
 }
 
 TEST_CASE("filter: with a receiver's error it gives the density of what is measured", "[gap]") {
-  const Ship ship = read_ship("esso-osaka-3m");
-  const std::vector<Trajectory> recordings =
-      test::recorded({.ship = "esso-osaka-3m", .recordings = 1, .duration_s = 40.0, .wind_mps = 0.0}, ship);
-  const gap::Campaign campaign = gap::prepare(ship, recordings, {});
-  const auto stretch = std::make_shared<const gap::Stretch>(campaign.stretches.front());
-  const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
-  const gap::LinearStretch linear =
-      gap::linearize(ship, stretch, gap::measured_path(*stretch), Eigen::VectorXd::Zero(coefficients));
+  const gap::LinearStretch linear = linearized(read_ship("esso-osaka-3m"), 40.0);
   gap::Noise noise;
   noise.sigma_w = {5e-4, 5e-4, 5e-4};
   noise.tau_s = 10.0;
@@ -84,7 +86,7 @@ TEST_CASE("filter: with a receiver's error it gives the density of what is measu
     for (int i = 0; i < 3; ++i)
       Q(6 + i, 6 + i) = noise.sigma_w[i] * noise.sigma_w[i] * (1.0 - A(6 + i, 6 + i) * A(6 + i, 6 + i));
     // The receiver's velocity n and its way w over dt, by many small steps: dw = n dt.
-    const double dt = stretch->dt_s(at), h = dt / 20000.0, kept = std::exp(-h / noise.receiver_tau_s);
+    const double dt = linear.data->dt_s(at), h = dt / 20000.0, kept = std::exp(-h / noise.receiver_tau_s);
     double nn = 0.0, nw = 0.0, ww = 0.0;
     for (int i = 0; i < 20000; ++i) {
       ww += 2.0 * h * nw + h * h * nn;
@@ -113,8 +115,8 @@ TEST_CASE("filter: with a receiver's error it gives the density of what is measu
     H.block(6 * k, states * k, 6, 6).setIdentity();
     H.block<1, 2>(6 * k + 3, states * k + 11) << c, s;
     H.block<1, 2>(6 * k + 4, states * k + 11) << -s, c;
-    y.segment<6>(6 * k) =
-        stretch->measured[static_cast<std::size_t>(k)] - x.head<6>() - linear.mean_offset[static_cast<std::size_t>(k)];
+    y.segment<6>(6 * k) = linear.data->measured[static_cast<std::size_t>(k)] - x.head<6>() -
+                          linear.mean_offset[static_cast<std::size_t>(k)];
     R.segment<6>(6 * k) = noise.measurement_sd.array().square();
   }
   // What was not measured has no row.
@@ -137,7 +139,7 @@ TEST_CASE("filter: with a receiver's error it gives the density of what is measu
 
   // And the smoothed states are the conditional means.
   const Eigen::VectorXd all = mean + P * rows.transpose() * factor.solve(e);
-  const gap::Smoothed smoothed = gap::smooth(linear, noise, Eigen::VectorXd::Zero(coefficients));
+  const gap::Smoothed smoothed = gap::smooth(linear, noise, Eigen::VectorXd::Zero(linear.steps.front().G.cols()));
   for (Eigen::Index k = 0; k < n; ++k) {
     const gap::StateVector off = smoothed.state[static_cast<std::size_t>(k)] -
                                  linear.path[static_cast<std::size_t>(k)] - all.segment<11>(states * k);
