@@ -1,6 +1,10 @@
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
 #include <vector>
 
 #include <fmt/format.h>
@@ -10,13 +14,17 @@
 #include "cli/gap_options.hpp"
 #include "cli/inputs.hpp"
 #include "cli/messages.hpp"
+#include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "core/errors.hpp"
+#include "core/units.hpp"
+#include "effects/description.hpp"
 #include "gap/compare/current_course.hpp"
 #include "gap/gap_explain.hpp"
 #include "gap/report/explain_json.hpp"
 #include "gap/report/report_html.hpp"
 #include "gap/report/summary.hpp"
+#include "io/csv.hpp"
 #include "io/files.hpp"
 #include "io/result_folder.hpp"
 
@@ -30,6 +38,8 @@ struct Options {
   std::vector<std::string> heldout;
   bool fail_on_mismatch = false, calibrates = false, thorough = false;
   std::size_t campaigns = gap::kPolicy.bootstrap.campaigns;
+  std::string area;
+  std::optional<double> depth_m, rudder_deg, time_s;
   cli::CommonOptions common;
 };
 
@@ -52,6 +62,17 @@ void add_options(CLI::App& app, Options& o) {
       "fit the ship's coefficients alone and name no effect: ship.json has the likeliest, given what the ship file "
       "states of them, and as coefficient_covariance what the recordings leave open");
   calibrates->excludes(thorough);
+  const auto next = [&](const std::string& name, auto& value, const std::string& what) {
+    return app.add_option(name, value, what)
+        ->group("Limits of what is advised to be recorded next")
+        ->excludes(calibrates);
+  };
+  next("--next-area-m", o.area,
+       "length and width of the area, which may lie in any direction [m]: 300x120; or of a square: 300");
+  next("--next-depth-m", o.depth_m, "depth of the water there [m] (default: as in the recordings)")
+      ->check(cli::positive());
+  next("--next-rudder-deg", o.rudder_deg, "largest rudder angle to either side [deg]")->check(cli::positive());
+  next("--next-time-s", o.time_s, "time for all of it [s]")->check(cli::positive());
   app.add_flag("--fail-on-mismatch", o.fail_on_mismatch, "exit code 1 where something is missing");
   app.add_option("-o,--output", o.output, "folder for report.json, report.html and ship.json")->required();
   app.footer(
@@ -60,6 +81,34 @@ void add_options(CLI::App& app, Options& o) {
       "contents\n"
       "are wrong, 4 a file cannot be read or written. Method and results: docs/gap-explain.md");
   cli::add_common_options(app, o.common);
+}
+
+// "300x120": length and width [m] of an area; "300": of a square.
+std::pair<double, double> area_of(const std::string& text) {
+  const auto number = [&](const std::string& part) {
+    double value = 0.0;
+    if (!io::parse_number(part, value) || !(value > 0.0))
+      throw UsageError(
+          fmt::format("--next-area-m: expected length and width [m] as 300x120, or one of both, got '{}'", text));
+    return value;
+  };
+  const std::size_t x = text.find('x');
+  const double first = number(text.substr(0, x)), second = x == std::string::npos ? first : number(text.substr(x + 1));
+  return std::minmax(first, second);
+}
+
+gap::NextLimits next_limits(const Options& o, const Ship& ship) {
+  gap::NextLimits limits;
+  limits.depth_m = o.depth_m;
+  limits.time_s = o.time_s;
+  if (!o.area.empty()) std::tie(limits.width_m, limits.length_m) = area_of(o.area);
+  if (o.rudder_deg) limits.rudder_rad = *o.rudder_deg * kDegree;
+  for (const EffectDescription& effect : effect_catalogue())
+    if (const double least_m = effect.parameters.front().low * ship.particulars.d;
+        effect.info.changes_depth && o.depth_m && *o.depth_m < least_m)
+      throw UsageError(fmt::format("--next-depth-m {:.4g}: expected at least {:.4g} m, {:.4g} times the draft of '{}'",
+                                   *o.depth_m, least_m, effect.parameters.front().low, ship.name));
+  return limits;
 }
 
 std::unique_ptr<io::ResultFolder> result_folder(const Options& o, const std::vector<Trajectory>& recordings) {
@@ -101,6 +150,7 @@ int main(int argc, char** argv) try {
   options.locate = cli::locate_options(o.gap, o.common);
   options.calibrates = o.calibrates;
   if (o.thorough) options.campaigns = o.campaigns;
+  options.next = next_limits(o, ship);
   gap::Explanation explanation;
   {
     cli::Progress progress("explaining", 1.0, o.common);

@@ -19,6 +19,7 @@ struct ActuatorDelay {
       .separating_maneuver = "rudder steps and ramps of two sizes",
       .formula_sd = 0.0,
       .needs_turns = true,
+      .to_record = "the angles and revolutions that are reached, beside those ordered",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"delay_s", "time by which the rudders act later", 0.0, kNone, 0.0, 1e4, uniform(0.0, 3.0), uniform(0.0, 10.0),

@@ -20,6 +20,7 @@ struct ActuatorLag {
       .separating_maneuver = "rudder steps, which a lag rounds and a delay only shifts, of two sizes",
       .formula_sd = 0.0,
       .needs_turns = true,
+      .to_record = "the angles and revolutions that are reached, beside those ordered",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"lag_s", "time constant", 0.0, kNone, 0.0, 1e4, uniform(0.0, 3.0), uniform(0.0, 10.0),

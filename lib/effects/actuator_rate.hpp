@@ -22,6 +22,7 @@ struct ActuatorRate {
       .separating_maneuver = "large rudder steps beside small ones: small steps are not slowed",
       .formula_sd = 0.0,
       .needs_turns = true,
+      .to_record = "the angles and revolutions that are reached, beside those ordered",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"rate_degps", "fastest rate of the rudders; null: as recorded", kNone, kNone, 1e-3, kUnbounded,

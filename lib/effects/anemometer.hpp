@@ -25,6 +25,7 @@ struct Anemometer {
       .look_alikes = "windage (kX by kY), unmeasured-wind",
       .looks_like = {"windage", "unmeasured-wind"},
       .separating_maneuver = "eight headings in a steady wind, or a circle at low speed",
+      .to_record = "the wind by a second anemometer",
   };
   static constexpr std::array<EffectParameter, 2> parameters{{
       {"anemometer_scale", "measured by actual speed of the apparent wind: 1.1 reads 10 % too much", 1.0, 1.0, 1e-2,

@@ -18,6 +18,7 @@ struct CenterOfGravity {
       .separating_maneuver = "turns that accelerate, zigzags at a high yaw rate",
       .formula_sd = 0.0,
       .needs_turns = true,
+      .to_record = "the loading",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"x_g_change_m", "shift ahead", 0.0, kNone, -kUnbounded, kUnbounded, normal(0.0, 0.03, -0.3, 0.3),

@@ -21,6 +21,7 @@ struct Draft {
       .looks_like = {"added-mass", "windage"},
       .separating_maneuver = "a thruster or propeller step from rest: a known force shows the mass",
       .needs_turns = true,
+      .to_record = "the drafts fore and aft",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"draft_change", "e, added share of the draft: 0.1 is 10 %", 0.0, kNone, -0.9, 10.0, normal(0.0, 0.1, -0.5, 0.5),

@@ -23,6 +23,7 @@ struct Fouling {
       .looks_like = {"thrust-loss", "shallow-water"},
       .separating_maneuver =
           "coast-down with n = 0 (fouling stays, thrust loss vanishes) and acceleration from rest (the reverse)",
+      .to_record = "how fouled the hull is",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"resistance_increase", "added share of the resistance: 0.2 is 20 %", 0.0, kNone, -1.0, kUnbounded,

@@ -20,6 +20,7 @@ struct Mooring {
       .separating_maneuver = "none is needed: it pulls to one place, more from further away; with slack, not near it",
       .bound_to = BoundTo::place,
       .is_of_surroundings = true,
+      .to_record = "the force in the line",
       .search = SearchStart::anchor,
   };
   static constexpr std::array<EffectParameter, 6> parameters{{

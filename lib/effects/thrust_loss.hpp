@@ -22,6 +22,7 @@ struct ThrustLoss {
       .look_alikes = "fouling, wake",
       .looks_like = {"fouling", "wake"},
       .separating_maneuver = "coast-down with n = 0, and the rudder's response at the same revolutions",
+      .to_record = "the propeller's thrust",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"k_T", "factor on K_T", 1.0, kNone, 0.0, kUnbounded, log_normal(0.95, 0.1, 0.5, 1.1),

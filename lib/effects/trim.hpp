@@ -21,6 +21,7 @@ struct Trim {
       .looks_like = {"center-of-gravity", "cross-flow-drag"},
       .separating_maneuver = "a spiral, or pull-outs to both sides",
       .needs_turns = true,
+      .to_record = "the drafts fore and aft",
   };
   static constexpr std::array<EffectParameter, 1> parameters{{
       {"trim_over_draft", "draft aft less draft forward, by the mean draft: + by the stern", 0.0, kNone, -1.0, 1.0,

@@ -2,7 +2,7 @@
 
     menu(ship) -> {the tool's name of a maneuver: recordings}        what the pilots are told, each for `each_s` at 3 m
     Voyage(key, menu) -> .record(folder, dt): CSV files by maneuver   the same hidden effects, coefficients and faults, weather and noise drawn anew
-    trial(...) -> {"id", "menu", "promised", "advised", "random", "right_before", "right_after": {maneuver: bool}}
+    trial(...) -> {"id", "menu", "promised", "advised", "random", "right_before", "right_after": {maneuver: bool}}, where "A and B" are two of them
 
 Right is a report whose most probable hypothesis is the truth: that is what `p_right` promises. A tug that came once does not come again.
 """
@@ -19,14 +19,13 @@ import recording
 import scores
 import tool
 
-DECISIVE = 0.95  # as the report's summary picks: the shortest maneuver that promises so much, else the best
-
 
 def menu(ship):
     """The tool's menu (docs/gap-explain-details.md) for this truth's pilots: {name: (recordings, seconds of each at 3 m)}."""
     rudders = [a["channel"] for a in ship["actuators"] if a["channel"].startswith("delta")]
     actuators = {a["channel"]: a for a in ship["actuators"] if not a.get("optional")}
-    n = actuators["n_p"]["initial_rps"]
+    n, low = actuators["n_p"]["initial_rps"], 0.5
+    slowly = {"n_share": low, "u_share": low}  # the resistance law makes thrust and speed go together
     both = lambda steps: {c: [(t, math.radians(d)) for t, d in steps] for c in rudders}
     T = math.sqrt(ship["particulars"]["L_pp_m"] / 3.0)
     ahead = {"n_p": [(0.0, n)]}
@@ -44,10 +43,19 @@ def menu(ship):
         "a pull-out": ([scheduled(**both([(0.0, 20.0), (60.0 * T, 0.0), (100.0 * T, -20.0), (160.0 * T, 0.0)]))], 200.0),
         "random orders to all actuators": ([{"kind": "random"}], 200.0),
     }
+    turns = lambda n: [scheduled(n_p=[(0.0, n)], **both([(0.0, d)])) for d in (35.0, -35.0)]
+    slow = ", at 0.5 of the usual speed"
+    out["a straight run and its reciprocal" + slow] = ([{"kind": "straight", "heading_deg": h, **slowly} for h in (0.0, 180.0)], 200.0)
+    out["turning circles, 35 deg to both sides" + slow] = ([{**turn, "u_share": low} for turn in turns(low * n)], 240.0)
+    out["a zigzag 20/20" + slow] = ([{"kind": "zigzag", "rudder_deg": 20.0, "turn_by_deg": 20.0, **slowly}], 300.0)
+    if actuators["n_p"]["min_rps"] < 0.0:
+        out["astern from rest, rudders amidships"] = ([{**scheduled(n_p=[(0.0, max(-n, actuators["n_p"]["min_rps"]))]), "start_share": 0.0}], 120.0)
     if "n_bt" in actuators:
         full = actuators["n_bt"]["max_rps"]
         pulses = [(0.0, 0.0), (20.0 * T, full), (45.0 * T, 0.0), (85.0 * T, -full), (110.0 * T, 0.0), (150.0 * T, full), (175.0 * T, 0.0)]
-        out["thruster pulses"] = ([scheduled(n_bt=pulses)], 200.0)
+        out["thruster pulses, at the usual speed"] = ([scheduled(n_bt=pulses)], 200.0)
+        out["thruster pulses" + slow] = ([{**scheduled(n_p=[(0.0, low * n)], n_bt=pulses), "u_share": low}], 200.0)
+        out["thruster pulses at rest"] = ([{**scheduled(n_p=[(0.0, 0.0)], n_bt=pulses), "start_share": 0.0}], 200.0)
     return out
 
 
@@ -87,12 +95,13 @@ class Voyage(campaign.Group):
 
 
 def advice(report):
-    """(the maneuver that is advised, {maneuver: promised share of right names}); None where nothing is."""
-    maneuvers = (report.get("next") or {}).get("maneuvers") or []
-    if not maneuvers:
-        return None, {}
-    decisive = sorted((m for m in maneuvers if m["p_right"] >= DECISIVE), key=lambda m: m["duration_s"])
-    return (decisive or maneuvers)[0]["maneuver"], {m["maneuver"]: m["p_right"] for m in maneuvers}
+    """(the maneuvers that are advised, one or two, {maneuver: promised share of right names}); none where nothing is, or something else is to be recorded."""
+    plan = report.get("next") or {}
+    promised, advised = {m["maneuver"]: m["p_right"] for m in plan.get("maneuvers") or []}, plan.get("advised") or {}
+    names = () if advised.get("record") else tuple(advised.get("maneuvers") or ())
+    if names:
+        promised[" and ".join(names)] = advised["p_right"]
+    return names, promised
 
 
 def is_right(report, truth):
@@ -102,17 +111,20 @@ def is_right(report, truth):
 
 def trial(binaries, output, key, report, dt, limit_s, with_all):
     """One case; None where its report advises nothing, or nothing that this truth's pilots can do."""
-    advised, promised = advice(report)
+    names, promised = advice(report)
     whole = {n: m for n, m in menu(json.loads((output / "cases" / key["id"] / "ship.json").read_text(encoding="utf-8"))).items() if n in promised}
-    if advised not in whole:
+    if not names or not set(names) <= set(whole):
         return None
+    advised = " and ".join(names)
     rng = np.random.default_rng(int.from_bytes(hashlib.sha256(key["id"].encode()).digest()[:4], "big"))
     at_random = sorted(whole)[int(rng.integers(len(whole)))]
-    wanted = whole if with_all else {n: whole[n] for n in dict.fromkeys((advised, at_random))}
+    wanted = whole if with_all else {n: whole[n] for n in dict.fromkeys((*names, at_random))}
     case, folder = output / "cases" / key["id"], output / "next" / key["id"]
     files, after = Voyage(key, wanted).record(folder, dt), {}
-    for name, more in files.items():
-        result = folder / f"result-{list(wanted).index(name) + 1}"
+    tried = {name: files[name] for name in (wanted if with_all else (at_random,))}
+    tried[advised] = [file for name in names for file in files[name]]
+    for k, (name, more) in enumerate(tried.items()):
+        result = folder / f"result-{k + 1}"
         record, _ = tool.explain(binaries, case / "ship.json", [*sorted(case.glob("train-*.csv")), *more], sorted(case.glob("held-*.csv")), result, limit_s)
         found = json.loads((result / "report.json").read_text(encoding="utf-8")) if record["exit_code"] == 0 else {}
         after[name] = is_right(found, key["names"])

@@ -13,8 +13,8 @@ import numpy as np
 
 
 def log_sum(a, axis=0):
-    """ln sum exp along an axis."""
-    top = np.max(a, axis=axis, keepdims=True)
+    """ln sum exp along an axis; of nothing, -inf."""
+    top = np.max(a, axis=axis, keepdims=True, initial=-np.inf)
     top = np.where(np.isfinite(top), top, 0.0)
     with np.errstate(divide="ignore"):
         return np.squeeze(top, axis) + np.log(np.sum(np.exp(a - top), axis=axis))

@@ -269,16 +269,85 @@ TEST_CASE("next maneuver: a crash stop, no zigzag, shows whether a propeller giv
   for (const char* name : {"fouling", "thrust-loss"}) comparison.add(0, comparison.starts_with(0, name, {}));
   REQUIRE(comparison.all().size() == 3);
   for (std::size_t i : {1, 2}) possible.push_back(&comparison.all()[i]);
-  const std::vector<gap::NextManeuver> menu = gap::next_maneuvers(campaign, possible, {0.5, 0.5}, 2, 1);
-  REQUIRE(menu.size() >= 6);
+  // A fifth of the probability is of what was not fitted.
+  const gap::NextPlan plan = gap::plan_maneuvers(campaign, possible, {0.4, 0.4}, {}, 2, 1);
+  REQUIRE(plan.maneuvers.size() >= 12);
+  CHECK(plan.p_reachable == Approx(0.8));
   std::map<std::string, double> right;
-  for (const gap::NextManeuver& maneuver : menu) {
-    CHECK(maneuver.p_right >= 0.5 - 1e-9);
-    CHECK(maneuver.p_right <= 1.0);
+  for (const gap::NextManeuver& maneuver : plan.maneuvers) {
+    CHECK(maneuver.p_right >= 0.4 - 1e-9);
+    CHECK(maneuver.p_right <= 0.8 + 1e-9);
     right[maneuver.name] = maneuver.p_right;
     CHECK_THAT(maneuver.command, Contains(" --duration-s "));
   }
   for (const char* zigzag : {"a zigzag 10/10", "a zigzag 20/20"}) CHECK(right.at("a crash stop") > right.at(zigzag));
+  CHECK(right.contains("astern from rest, rudders amidships"));
+  CHECK(right.contains("a straight run and its reciprocal, at 0.5 of the usual speed"));
+  for (const gap::NextSequence& both : plan.sequences) {
+    const auto [first, second] = both.maneuvers;
+    CHECK(both.p_right > std::max(plan.maneuvers[first].p_right, plan.maneuvers[second].p_right));
+    CHECK(both.duration_s == plan.maneuvers[first].duration_s + plan.maneuvers[second].duration_s);
+  }
+  // Both can be told by something that was not recorded.
+  REQUIRE_FALSE(plan.records.empty());
+  std::set<std::string> told;
+  for (const gap::NextRecord& record : plan.records) {
+    told.insert(record.what);
+    CHECK(record.p_right == Approx(0.8).epsilon(1e-6));
+  }
+  CHECK(told == std::set<std::string>{"how fouled the hull is", "the propeller's thrust"});
+}
+
+TEST_CASE("next maneuver: limits of area, rudder, time and depth hold in what is advised", "[gap][show][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  Ship truth = ship;
+  truth.effects.push_back(effect("shallow-water", {{"h_over_T", 1.4}}));
+  const gap::Campaign campaign =
+      gap::prepare(ship, test::recorded({"esso-osaka-3m", 4, 2, 200.0, 1.0, 0.5}, truth), {});
+  gap::FitOptions options;
+  options.jobs = 2;
+  gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+  std::vector<const gap::Fitted*> possible;
+  for (const char* name : {"shallow-water", "draft"}) comparison.add(0, comparison.starts_with(0, name, {}));
+  for (std::size_t i : {1, 2}) possible.push_back(&comparison.all()[i]);
+  const auto planned = [&](const gap::NextLimits& limits) {
+    return gap::plan_maneuvers(campaign, possible, {0.5, 0.5}, limits, 2, 1);
+  };
+  const auto named = [](const gap::NextPlan& plan, const std::string& part) {
+    const auto found =
+        std::ranges::find_if(plan.maneuvers, [&](const gap::NextManeuver& one) { return one.name == part; });
+    return found == plan.maneuvers.end() ? nullptr : &*found;
+  };
+  const gap::NextPlan free = planned({});
+  const double L = ship.particulars.L_pp, straight_s = named(free, "a straight run and its reciprocal")->duration_s;
+
+  gap::NextLimits area;
+  area.length_m = 8.0 * L, area.width_m = 2.0 * L;
+  const gap::NextPlan small = planned(area);
+  const gap::NextManeuver* straight = named(small, "a straight run and its reciprocal");
+  REQUIRE(straight != nullptr);
+  CHECK(straight->duration_s < straight_s);
+  CHECK(straight->duration_s > straight_s / 4.0);
+  for (const gap::NextManeuver& one : small.maneuvers) CHECK(one.duration_s <= named(free, one.name)->duration_s);
+
+  gap::NextLimits time;
+  time.time_s = 150.0;
+  const gap::NextPlan fast = planned(time);
+  REQUIRE_FALSE(fast.maneuvers.empty());
+  for (const gap::NextManeuver& one : fast.maneuvers) CHECK(one.duration_s <= 150.0);
+  for (const gap::NextSequence& both : fast.sequences) CHECK(both.duration_s <= 150.0);
+
+  gap::NextLimits rudder;
+  rudder.rudder_rad = 15.0 * kDegree;
+  const gap::NextPlan gentle = planned(rudder);
+  CHECK(named(gentle, "turning circles, 15 deg to both sides") != nullptr);
+  CHECK(named(gentle, "turning circles, 35 deg to both sides") == nullptr);
+  CHECK(named(gentle, "a zigzag 15/15") != nullptr);
+
+  // In deep water a ship that was slow by its depth is as its file says, and one that is deeper is not.
+  gap::NextLimits deep;
+  deep.depth_m = 30.0 * ship.particulars.d;
+  CHECK(planned(deep).maneuvers.front().p_right > 0.98);
 }
 
 TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][slow]") {

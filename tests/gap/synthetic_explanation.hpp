@@ -131,8 +131,8 @@ inline gap::Explanation current_explanation(const Names& names = {}) {
   e.heldout_gain_sd = 83.1;
   e.train = e.heldout = {scores(names, 1.0), scores(names, 0.1)};
   e.p_right = 0.857;
-  e.next = {{"turning circles, 35 deg to both sides", "turning --rudder-deg 35", 600.0, 0.987},
-            {"crash stop", "stop", 240.0, 0.91}};
+  e.next.emplace().maneuvers = {{"turning circles, 35 deg to both sides", "turning --rudder-deg 35", 600.0, 0.987},
+                                {"crash stop", "stop", 240.0, 0.91}};
   for (std::size_t k = 0; k < names.recordings.size(); ++k) {
     e.tracks_before.push_back(free_track(names.recordings[k], k, 9.0));
     e.tracks_after.push_back(free_track(names.recordings[k], k, 0.8));

@@ -209,7 +209,8 @@ class Sealed(unittest.TestCase):
 
     def test_the_advised_maneuver_is_sailed_with_the_same_hidden_effect(self):
         ship = model.read_ship(self.case["ship"])
-        chosen = {n: m for n, m in advised.menu(ship).items() if n in ("a coast-down with stopped propeller", "a zigzag 10/10")}
+        slow_turns = "turning circles, 35 deg to both sides, at 0.5 of the usual speed"
+        chosen = {n: m for n, m in advised.menu(ship).items() if n in ("a coast-down with stopped propeller", "a zigzag 10/10", slow_turns)}
         voyage = advised.Voyage(self.key, chosen)
         self.assertEqual(voyage.effects_of(0)["rudder_offset"], np.radians(self.key["truth"]["rudder-offset"]["parameters"]["rudder_offset_deg"]))
         self.assertEqual(voyage.factors[0], campaign.Group([self.case]).factors[0])
@@ -218,12 +219,18 @@ class Sealed(unittest.TestCase):
         self.assertEqual((len(down["t_s"]), len(zigzag["t_s"])), (121, 151))
         self.assertAlmostEqual(down["n_p_rps"][-1], 0.0)
         self.assertGreater(np.max(zigzag["psi_deg"]), 8.0)
+        slow = recording.read_csv(files[slow_turns][0])
+        self.assertAlmostEqual(slow["u_mps"][0], 0.5 * ship["u0_mps"], delta=0.05)
+        self.assertLess(np.max(slow["u_mps"]), 0.6 * ship["u0_mps"])
 
     def test_what_is_advised_and_what_is_right(self):
-        menu = lambda *p: {"next": {"p_right_now": 0.4, "maneuvers": [{"maneuver": n, "p_right": q, "duration_s": d} for n, q, d in p]}}
-        self.assertEqual(advised.advice(menu(("a", 0.99, 200.0), ("b", 0.96, 120.0), ("c", 0.9, 50.0)))[0], "b")  # the shortest that decides
-        self.assertEqual(advised.advice(menu(("a", 0.9, 200.0), ("c", 0.8, 50.0)))[0], "a")
-        self.assertEqual(advised.advice({"next": {"maneuvers": []}}), (None, {}))
+        listed = [{"maneuver": n, "p_right": q, "duration_s": d} for n, q, d in (("a", 0.9, 200.0), ("b", 0.8, 120.0))]
+        plan = lambda record=None, *names: {"next": {"p_right_now": 0.4, "maneuvers": listed, "advised": {"maneuvers": list(names), "record": record, "p_right": 0.95}}}
+        self.assertEqual(advised.advice(plan(None, "b")), (("b",), {"a": 0.9, "b": 0.95}))
+        self.assertEqual(advised.advice(plan(None, "b", "a")), (("b", "a"), {"a": 0.9, "b": 0.8, "b and a": 0.95}))
+        self.assertEqual(advised.advice(plan("positions", "b"))[0], ())  # other instruments, no maneuver
+        self.assertEqual(advised.advice(plan())[0], ())
+        self.assertEqual(advised.advice({"next": {"maneuvers": [], "advised": None}}), ((), {}))
         self.assertTrue(advised.is_right(report(hypotheses=[(["a"], 0.3, []), (["b"], 0.6, [])]), ["b"]))
         self.assertFalse(advised.is_right(report(hypotheses=[(["a", "b"], 0.6, [])]), ["b"]))
         trial = {"menu": ["a", "b"], "promised": {"a": 0.9, "b": 0.5}, "advised": "a", "random": "b", "right_before": False, "right_after": {"a": False, "b": True}}

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "gap/policy/policy.hpp"
@@ -20,6 +21,14 @@ struct GapLocateOptions {
   std::function<void(double done, const std::string& note)> progress;  ///< done in 0..1
 };
 
+/// Where the next maneuver can be sailed, and with what. Nothing: no limit, and water as deep as in the recordings.
+struct NextLimits {
+  std::optional<double> length_m, width_m;  ///< of the area, which may lie in any direction
+  std::optional<double> depth_m;            ///< of the water there
+  std::optional<double> rudder_rad;         ///< largest angle to either side
+  std::optional<double> time_s;             ///< for all of it
+};
+
 struct GapExplainOptions {
   GapLocateOptions locate;
   std::size_t refitted = kPolicy.compare.refitted;          ///< effects that are fitted without linearization
@@ -28,6 +37,7 @@ struct GapExplainOptions {
   /// Campaigns that are simulated from what is stated and analyzed again, so that probabilities are true of them; 0:
   /// probabilities are evidence times prior.
   std::size_t campaigns = 0;
+  NextLimits next;  ///< of what is advised to be recorded
 };
 
 }  // namespace leeway::gap

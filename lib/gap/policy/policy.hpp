@@ -336,8 +336,10 @@ struct ShowPolicy {
   double pull_out_s = 200.0;  ///< [s] at 3 m, times sqrt(L): of a pull-out | origin: choice
   double orders_s = 200.0;  ///< [s] at 3 m, times sqrt(L): of random orders and of thruster pulses | origin: choice
   double turning_rudder_deg = 35.0;  ///< [deg] of a turning circle | origin: theory, IMO MSC.137(76) asks for 35 deg
+  double low_speed = 0.5;  ///< [-] of the usual speed, at which some maneuvers are sailed as well | origin: choice
+  std::size_t most_sequences = 5;  ///< [sequences] of two maneuvers that are told | origin: choice
   double pull_out_rudder_deg = 20.0;  ///< [deg] before a pull-out | origin: choice
-  double decisive = 0.95;  ///< [-] expected probability of the right name from which on a maneuver decides: of those the shortest is named | origin: choice
+  double decisive = 0.95;  ///< [-] of what any could reach: expected probability of the right name from which on a maneuver decides: of those the shortest is named | origin: choice
   double worthwhile_gain = 0.02;  ///< [-] of that probability: a maneuver that gains less is not recommended | origin: choice
   double not_excluded = 0.3;  ///< [-] of its probability: what is not excluded against a hypothesis | origin: choice
   double possible = 0.01;  ///< [-] probability that is worth a word | origin: choice

@@ -12,6 +12,7 @@
 
 #include "gap/report/locate_json.hpp"
 #include "gap/report/words.hpp"
+#include "gap/show/next_maneuver.hpp"
 #include "ship/joint_uncertainty.hpp"
 
 namespace leeway::gap {
@@ -159,6 +160,57 @@ Json to_json(const Bootstrap& bootstrap) {
 }
 
 // How probable it is that each effect or fault acts, and that a coefficient is off: over all hypotheses that have it.
+Json advised_by(const NextPlan& plan, double p_right) {
+  const Recommended best = recommended(plan, p_right);
+  Json maneuvers = Json::array(), record;
+  if (best.what == Recommended::What::maneuver) maneuvers.push_back(plan.maneuvers[best.place].name);
+  if (best.what == Recommended::What::sequence)
+    for (const std::size_t place : plan.sequences[best.place].maneuvers)
+      maneuvers.push_back(plan.maneuvers[place].name);
+  if (best.what == Recommended::What::record) {
+    record = plan.records[best.place].what;
+    if (!plan.records[best.place].maneuver.empty()) maneuvers.push_back(plan.records[best.place].maneuver);
+  }
+  return {{"nothing_tells", best.what == Recommended::What::nothing},
+          {"maneuvers", maneuvers},
+          {"record", record},
+          {"p_right", number(best.p_right)}};
+}
+
+Json next_of(const Explanation& explanation) {
+  const NextPlan plan = explanation.next.value_or(NextPlan());
+  const std::string ship = explanation.findings.called.ship.empty() ? "SHIP.json" : explanation.findings.called.ship;
+  Json maneuvers = Json::array(), sequences = Json::array(), records = Json::array();
+  for (const NextManeuver& maneuver : plan.maneuvers)
+    maneuvers.push_back({{"maneuver", maneuver.name},
+                         {"command", fmt::format("mmg-sim {} --ship {} -o planned.csv", maneuver.command, ship)},
+                         {"duration_s", maneuver.duration_s},
+                         {"p_right", number(maneuver.p_right)}});
+  for (const NextSequence& both : plan.sequences) {
+    const auto [first, second] = both.maneuvers;
+    sequences.push_back({{"maneuvers", {plan.maneuvers[first].name, plan.maneuvers[second].name}},
+                         {"duration_s", both.duration_s},
+                         {"p_right", number(both.p_right)}});
+  }
+  for (const NextRecord& record : plan.records)
+    records.push_back({{"record", record.what},
+                       {"maneuver", record.maneuver.empty() ? Json() : Json(record.maneuver)},
+                       {"p_right", number(record.p_right)}});
+  const NextLimits& limits = plan.limits;
+  return {{"p_right_now", number(explanation.p_right)},
+          {"p_reachable", explanation.next ? number(plan.p_reachable) : Json()},
+          {"advised", explanation.next ? advised_by(plan, explanation.p_right) : Json()},
+          {"maneuvers", maneuvers},
+          {"sequences", sequences},
+          {"records", records},
+          {"limits",
+           {{"length_m", number(limits.length_m.value_or(kMissing))},
+            {"width_m", number(limits.width_m.value_or(kMissing))},
+            {"depth_m", number(limits.depth_m.value_or(kMissing))},
+            {"rudder_deg", number(limits.rudder_rad.value_or(kMissing) / kDegree)},
+            {"time_s", number(limits.time_s.value_or(kMissing))}}}};
+}
+
 Json inclusion_of(const Explanation& explanation) {
   std::map<std::string, double> inclusion;
   for (const Explained& hypothesis : explanation.hypotheses)
@@ -198,13 +250,6 @@ Json to_json(const Explanation& explanation) {
   Json differences = Json::object();
   for (const CoefficientFactor& by : explanation.coefficient_factors)
     (by.shift != 0.0 ? differences : factors)[by.name] = number(by.shift != 0.0 ? by.shift : by.factor);
-  const std::string ship = explanation.findings.called.ship.empty() ? "SHIP.json" : explanation.findings.called.ship;
-  Json next = Json::array();
-  for (const NextManeuver& maneuver : explanation.next)
-    next.push_back({{"maneuver", maneuver.name},
-                    {"command", fmt::format("mmg-sim {} --ship {} -o planned.csv", maneuver.command, ship)},
-                    {"duration_s", maneuver.duration_s},
-                    {"p_right", number(maneuver.p_right)}});
   return {
       {"ship_name", explanation.findings.ship},
       {"verdict", word(explanation.verdict)},
@@ -229,7 +274,7 @@ Json to_json(const Explanation& explanation) {
       {"fit",
        {{"train", {{"before", to_json(explanation.train.before)}, {"after", to_json(explanation.train.after)}}},
         {"heldout", {{"before", to_json(explanation.heldout.before)}, {"after", to_json(explanation.heldout.after)}}}}},
-      {"next", {{"p_right_now", number(explanation.p_right)}, {"maneuvers", next}}},
+      {"next", next_of(explanation)},
       {"residual_network",
        {{"in_ship", explanation.residual_network != nullptr},
         {"log_error_without", number(explanation.log_error_without_network)},

@@ -57,16 +57,36 @@ std::string gap_explain_command(const Findings& findings) {
 }
 
 // What to record next.
-std::string next_recording(const Explanation& explanation) {
-  const Recommended which = recommended(explanation.next, explanation.p_right);
-  const NextManeuver& best = explanation.next[which.place];
-  const std::string now = fmt::format("{:.2f}", explanation.p_right), then = fmt::format("{:.2f}", best.p_right);
-  if (which.is_worthwhile)
-    return fmt::format("record {} ({:.0f} s): the probability of the right name rises from {} to {}", best.name,
-                       best.duration_s, now, then);
+std::string next_recording(const NextPlan& plan, double p_right) {
+  const Recommended best = recommended(plan, p_right);
+  const std::string rises =
+      fmt::format("the probability of the right name rises from {:.2f} to {:.2f}", p_right, best.p_right);
+  switch (best.what) {
+    case Recommended::What::maneuver: {
+      const NextManeuver& maneuver = plan.maneuvers[best.place];
+      return fmt::format("record {} ({:.0f} s): {}", maneuver.name, maneuver.duration_s, rises);
+    }
+    case Recommended::What::sequence: {
+      const NextSequence& both = plan.sequences[best.place];
+      const auto [first, second] = both.maneuvers;
+      return fmt::format("record {} and {} ({:.0f} s in all): {}; to {:.2f} by the first alone",
+                         plan.maneuvers[first].name, plan.maneuvers[second].name, both.duration_s, rises,
+                         plan.maneuvers[first].p_right);
+    }
+    case Recommended::What::record: {
+      const NextRecord& record = plan.records[best.place];
+      return fmt::format("record {} as well{}{}: {}", record.what, record.maneuver.empty() ? "" : ", in ",
+                         record.maneuver, rises);
+    }
+    case Recommended::What::nothing:
+      break;
+  }
+  if (plan.maneuvers.empty()) return "record elsewhere: no maneuver of the menu can be sailed within the limits";
   return fmt::format(
-      "more recordings: no single maneuver of the menu would decide (probability of the right name {}; {} after {})",
-      now, then, best.name);
+      "nothing of the menu would tell: no maneuver, no two of them{} (probability of the right name {:.2f} now, {:.2f} "
+      "after {})",
+      plan.records.empty() ? "" : fmt::format(", not {} either", plan.records.front().what), p_right,
+      plan.maneuvers.front().p_right, plan.maneuvers.front().name);
 }
 
 // What would have told effects of the surroundings, each once.
@@ -166,7 +186,7 @@ std::string next_step(const Explanation& explanation, const Explained* what) {
     return findings.corrected && what != nullptr && !what->confusable_with.empty() && !what->separating_maneuver.empty()
                ? "record " + what->separating_maneuver
                : "";
-  return explanation.next.empty() ? "" : next_recording(explanation);
+  return explanation.next ? next_recording(*explanation.next, explanation.p_right) : "";
 }
 
 // ship.json, where it differs from the ship as it was and errs less, in a command that runs as it stands.
@@ -180,14 +200,20 @@ std::string use_of_ship(const Explanation& explanation) {
                      explanation.n_rps ? fmt::format(" --n-p-rps {:.4g}", *explanation.n_rps) : "");
 }
 
-// The maneuver to record, likewise.
+// The maneuvers to record, likewise.
 std::string plan(const Explanation& explanation) {
   const Called& called = explanation.findings.called;
-  if (called.ship.empty() || explanation.next.empty()) return "";
-  const Recommended which = recommended(explanation.next, explanation.p_right);
-  return which.is_worthwhile ? fmt::format("mmg-sim {} --ship {} -o planned.csv   # what to expect of it",
-                                           explanation.next[which.place].command, called.ship)
-                             : "";
+  if (called.ship.empty() || !explanation.next) return "";
+  const NextPlan& plan = *explanation.next;
+  const Recommended best = recommended(plan, explanation.p_right);
+  const auto command = [&](std::size_t maneuver, std::string_view file) {
+    return fmt::format("mmg-sim {} --ship {} -o {}", plan.maneuvers[maneuver].command, called.ship, file);
+  };
+  if (best.what == Recommended::What::maneuver) return command(best.place, "planned.csv") + "   # what to expect of it";
+  if (best.what != Recommended::What::sequence) return "";
+  const auto [first, second] = plan.sequences[best.place].maneuvers;
+  return fmt::format("{} && {}   # what to expect of them", command(first, "planned-1.csv"),
+                     command(second, "planned-2.csv"));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "gap/result/bootstrap.hpp"
 #include "gap/result/findings.hpp"
 #include "gap/result/latent_force.hpp"
+#include "gap/result/next_plan.hpp"
 #include "gap/result/ship_file.hpp"
 #include "recording/trajectory.hpp"
 #include "ship/ship.hpp"
@@ -84,14 +85,6 @@ struct CurrentPath {
   std::vector<Vec2<double>> velocity_mps, sd_mps;  ///< to the north (x0) and to the east (y0)
 };
 
-/// A maneuver that has not been recorded, and how well it would distinguish hypotheses.
-struct NextManeuver {
-  std::string name;         ///< "turning circles, 35 deg to both sides"
-  std::string command;      ///< of mmg-sim, without the ship
-  double duration_s = 0.0;  ///< all runs together
-  double p_right = 0.0;     ///< expected probability of the most probable hypothesis afterwards
-};
-
 /// A turning circle of ship.json with more rudder than was recorded.
 struct BeyondRecorded {
   double recorded_deg = 0.0, rudder_deg = 0.0;
@@ -136,9 +129,9 @@ struct Explanation {
   bool heldout_is_given = false;                       ///< false: recordings, or blocks of a few, were left out in turn
   double heldout_gain = 0.0, heldout_gain_sd = 0.0;    ///< of what was chosen [nats]
   std::optional<Bootstrap> bootstrap;                  ///< where probabilities were made true of simulated campaigns
-  /// Where several hypotheses are possible: how certain the best is, and what would distinguish them, best first.
+  /// Where several hypotheses are possible: how certain the best is, and what would distinguish them.
   double p_right = 1.0;
-  std::vector<NextManeuver> next;
+  std::optional<NextPlan> next;
   std::vector<std::string> notices;
 };
 

@@ -280,16 +280,17 @@ void plan_next(Explanation& explanation, const Comparison& comparison, const std
   std::vector<const Fitted*> possible;
   std::vector<double> weight;
   const double most_of_all = kPolicy.show.decisive * std::accumulate(probabilities.begin(), probabilities.end(), 0.0);
+  const double with_sensors = explanation.p_right / probabilities[order.front()];  // faults that may be others
   double sum = 0.0;
   for (const std::size_t i : order) {
     if (sum >= most_of_all || probabilities[i] < kPolicy.show.possible) break;
     sum += probabilities[i];
     possible.push_back(&all[i]);
-    weight.push_back(probabilities[i]);
+    weight.push_back(probabilities[i] * with_sensors);
   }
   if (possible.size() < 2) return;
   if (options.locate.progress) options.locate.progress(0.88, "which maneuver would distinguish");
-  explanation.next = next_maneuvers(campaign, possible, weight, options.locate.jobs, options.locate.seed);
+  explanation.next = plan_maneuvers(campaign, possible, weight, options.next, options.locate.jobs, options.locate.seed);
 }
 
 void add_unknown(Explanation& explanation, const std::vector<std::string>& beside, double odds_of_nothing) {

@@ -2,155 +2,177 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <map>
 #include <numeric>
+#include <set>
 
 #include <fmt/format.h>
 
-#include "core/errors.hpp"
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/random.hpp"
-#include "core/units.hpp"
-#include "gap/policy/policy.hpp"
-#include "gap/sensors/froude_scale.hpp"
-#include "gap/show/maneuver_menu.hpp"
+#include "gap/show/planned_recording.hpp"
 
 namespace leeway::gap {
 namespace {
 
-// A hypothesis as it would stand in a recording that nobody has seen: what differed between recordings is a draw from
-// what was known before.
-struct Survivor {
-  Hypothesis hypothesis;
-  FittedNull fit;  // theta and what goes with it, without stretches
-  Eigen::MatrixXd precision;
+// A maneuver and what its recordings would say.
+struct Tried {
+  const MenuItem* item;
+  Prospect prospect;
+  double p_right;
+
+  double duration_s() const { return prospect.each_s * static_cast<double>(item->runs.size()); }
+  NextManeuver told() const {
+    return {item->name, fmt::format("{} --duration-s {:.0f}", item->command, prospect.each_s), duration_s(), p_right};
+  }
 };
 
-Survivor survivor(const Fitted& fitted, const Campaign& campaign) {
-  Survivor result;
-  const FittedNull& fit = fitted.fit;
-  result.fit.noise = fit.noise;
-  result.fit.level_prior_mean = fit.level_prior_mean;
-  result.fit.level_prior_sd = fit.level_prior_sd;
-  Eigen::MatrixXd M = fit.total.F;
-  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
-  const Eigen::Index coefficients = fit.theta.size() - 1 - fit.effects;
-
-  std::vector<Eigen::Index> kept;  // places in the fit's theta; -1 for what is drawn anew
-  std::vector<double> theta;
-  for (Eigen::Index i = 0; i < coefficients; ++i) kept.push_back(i), theta.push_back(fit.theta[i]);
-  for (const EffectSpan& span : spans_of(fitted.hypothesis)) {
-    const FreeEffect& effect = fitted.hypothesis.effects[span.effect];
-    if (effect.recording() && span.effects == 1) continue;  // a tug that came once
-    if (span.effects > 1)
-      result.hypothesis.effects.emplace_back(effect.name(), campaign.ship);
-    else
-      result.hypothesis.effects.push_back(effect);
-    for (Eigen::Index i = 0; i < effect.size(); ++i) {
-      const Eigen::VectorXd z = fit.theta.segment(coefficients + span.first, span.count);
-      double mean = 0.0;
-      for (std::size_t e = 0; e < span.effects; ++e)
-        mean += z[static_cast<Eigen::Index>(e) * effect.size() + i] / static_cast<double>(span.effects);
-      kept.push_back(span.effects > 1 ? -1 : coefficients + span.first + i);
-      theta.push_back(mean);
-    }
+class Planner {
+ public:
+  Planner(const Campaign& campaign, const std::vector<const Fitted*>& hypotheses,
+          const std::vector<double>& probability, const NextLimits& limits, std::size_t jobs, std::uint64_t seed)
+      : fitted_(hypotheses),
+        probability_(probability),
+        limits_(limits),
+        jobs_(jobs),
+        seed_(seed),
+        site_(site_of(campaign, limits)),
+        menu_(maneuver_menu(campaign.ship, campaign.time_scale(), limits)) {
+    for (const Fitted* one : hypotheses) survivors_.push_back(survivor(*one, campaign, limits.depth_m.has_value()));
+    for (Survivor& other : survivors_) other.fit.noise = survivors_.front().fit.noise;  // of one world
   }
-  kept.push_back(fit.theta.size() - 1);
-  theta.push_back(fit.theta[fit.theta.size() - 1]);
 
-  const auto n = static_cast<Eigen::Index>(kept.size());
-  result.fit.effects = n - 1 - coefficients;
-  result.fit.theta = Eigen::Map<const Eigen::VectorXd>(theta.data(), n);
-  result.fit.prior_sd = Eigen::VectorXd::Ones(n);
-  result.precision = Eigen::MatrixXd::Identity(n, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const Eigen::Index a = kept[static_cast<std::size_t>(i)], b = kept[static_cast<std::size_t>(j)];
-      if (a >= 0 && b >= 0) result.precision(i, j) = M(a, b);
-    }
-  return result;
-}
-
-// What the maneuver would record if the hypothesis were true, free of noise.
-std::vector<Trajectory> simulated(const MenuItem& item, const Survivor& truth, const Ship& ship,
-                                  const Vec2<double>& wind, double step_s) {
-  const Eigen::Index at = truth.fit.theta.size() - 1 - truth.fit.effects;
-  const Ship with = truth.hypothesis.applied_to(ship, truth.fit.theta.segment(at, truth.fit.effects));
-  const Actuators<double> ahead = steady_ahead(ship, ship.u0_mps).actuators;
-  std::vector<Trajectory> result;
-  for (const ManeuverRun& run : item.runs) {
-    SimulatedShip start(with);
-    start.state.eta(2) = run.heading_rad;
-    start.actuators = ahead;
-    apply_uncertainty(start.model, without_effects(truth.fit.theta, truth.fit.effects));
-    TimeGrid grid;
-    grid.sample_s = step_s;
-    grid.dt_s = step_s / std::ceil(step_s / (kPolicy.show.longest_step_s * FroudeScale(ship.particulars.L_pp).time));
-    grid.duration_s = step_s * std::ceil(item.each_s / step_s);
-    const std::unique_ptr<Maneuver> maneuver = run.make(start);
-    result.push_back(simulate(start, *maneuver, WindProcess(wind), grid));
-    result.back().name = result.back().file = fmt::format("{} {}", item.name, result.size());
+  NextPlan plan() const {
+    NextPlan result;
+    result.limits = limits_;
+    result.p_reachable = std::accumulate(probability_.begin(), probability_.end(), 0.0);
+    const std::vector<Tried> tried = tried_in(site_);
+    for (const Tried& one : tried) result.maneuvers.push_back(one.told());
+    result.sequences = sequences_of(tried);
+    result.records = records();
+    return result;
   }
-  return result;
-}
 
-Vec2<double> mean_wind(const Campaign& campaign) {
-  Vec2<double> sum = Vec2<double>::Zero();
-  double n = 0.0;
-  for (const Stretch& stretch : campaign.stretches)
-    for (const auto& step : stretch.inputs) {
-      sum += step.front().start.true_wind;
-      n += 1.0;
-    }
-  return n > 0.0 ? Vec2<double>(sum / n) : sum;
-}
+ private:
+  double certainty(const Eigen::MatrixXd& apart) const { return expected_certainty(apart, probability_, seed_); }
 
-// -2 ln of how likely the best parameters of `other` make the recordings, but for what all hypotheses share.
-double misfit(const Campaign& campaign, const Survivor& other) {
-  const FittedNull there = follow(campaign, other.fit, other.hypothesis, 1);
-  const Evidence& e = there.total;
-  if (!std::isfinite(e.log_likelihood)) return kPolicy.show.apart_squared;
-  return -2.0 * e.log_likelihood - e.b.dot((e.F + other.precision).llt().solve(e.b));
-}
-
-// How far the hypotheses are from each other after a maneuver; nothing where the ship cannot do it.
-std::optional<Eigen::MatrixXd> squared_distances(const MenuItem& item, const std::vector<Survivor>& survivors,
-                                                 const Campaign& campaign, const Vec2<double>& wind) {
-  const auto n = static_cast<Eigen::Index>(survivors.size());
-  Eigen::MatrixXd apart = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Survivor& truth = survivors[static_cast<std::size_t>(i)];
-    std::optional<Campaign> recorded;
-    try {
-      recorded =
-          prepare(campaign.ship, simulated(item, truth, campaign.ship, wind, campaign.step_s), {campaign.step_s, 0.0});
-    } catch (const UsageError&) {  // the ship cannot do this
-      return std::nullopt;
-    } catch (const NumericalError&) {
-      return std::nullopt;
-    } catch (const InputError&) {  // nothing moves
-      return std::nullopt;
-    }
-    const double right = misfit(*recorded, truth);
-    for (Eigen::Index j = 0; j < n; ++j)
-      if (j != i)
-        apart(i, j) = std::clamp(misfit(*recorded, survivors[static_cast<std::size_t>(j)]) - right, 0.0,
-                                 kPolicy.show.apart_squared);
+  // The whole menu, best first.
+  std::vector<Tried> tried_in(const Site& site) const {
+    std::vector<std::optional<Tried>> all(menu_.size());
+    parallel_for(menu_.size(), jobs_, [&](std::size_t m) {
+      if (std::optional<Prospect> found = prospect(menu_[m], survivors_, site)) {
+        const double p_right = certainty(squared_distances(survivors_, {&*found}));
+        all[m] = Tried{&menu_[m], std::move(*found), p_right};
+      }
+    });
+    std::vector<Tried> result;
+    for (std::optional<Tried>& one : all)
+      if (one) result.push_back(std::move(*one));
+    std::ranges::stable_sort(result, std::greater(), &Tried::p_right);
+    return result;
   }
-  return 0.5 * (apart + apart.transpose());
-}
+
+  std::vector<NextSequence> sequences_of(const std::vector<Tried>& tried) const {
+    std::vector<NextSequence> all;
+    for (std::size_t i = 0; i < tried.size(); ++i)
+      for (std::size_t j = i + 1; j < tried.size(); ++j)
+        if (const double both_s = tried[i].duration_s() + tried[j].duration_s();
+            !limits_.time_s || both_s <= *limits_.time_s)
+          all.push_back({{i, j}, both_s, 0.0});
+    parallel_for(all.size(), jobs_, [&](std::size_t s) {
+      const auto [i, j] = all[s].maneuvers;
+      all[s].p_right = certainty(squared_distances(survivors_, {&tried[i].prospect, &tried[j].prospect}));
+    });
+    std::erase_if(all, [&](const NextSequence& one) {
+      return one.p_right <= tried[one.maneuvers[0]].p_right + kPolicy.show.worthwhile_gain;
+    });
+    std::ranges::stable_sort(all, std::greater(), &NextSequence::p_right);
+    all.resize(std::min(all.size(), kPolicy.show.most_sequences));
+    return all;
+  }
+
+  std::vector<NextRecord> records() const {
+    std::vector<NextRecord> result = of_surroundings();
+    for (const auto& [what, channels] : kInstruments) {
+      Site site = site_;
+      for (const Channel channel : channels)
+        if (std::ranges::find(site.recorded, channel) == site.recorded.end()) site.recorded.push_back(channel);
+      if (site.recorded.size() == site_.recorded.size()) continue;
+      if (const std::vector<Tried> tried = tried_in(site); !tried.empty())
+        result.push_back({std::string(what), tried.front().item->name, tried.front().p_right});
+    }
+    std::ranges::stable_sort(result, std::greater(), &NextRecord::p_right);
+    return result;
+  }
+
+  // What acts from outside can be measured: then hypotheses with and without it are told apart in any maneuver.
+  std::vector<NextRecord> of_surroundings() const {
+    std::map<std::string_view, std::set<std::size_t>> having;  // hypotheses, by what would tell
+    for (std::size_t h = 0; h < fitted_.size(); ++h)
+      for (const FreeEffect& effect : fitted_[h]->hypothesis.effects)
+        if (const std::string_view what = effect_named(effect.name()).info.to_record; !what.empty())
+          having[what].insert(h);
+    std::vector<NextRecord> result;
+    const auto n = static_cast<Eigen::Index>(fitted_.size());
+    for (const auto& [what, with] : having) {
+      Eigen::MatrixXd apart = Eigen::MatrixXd::Zero(n, n);
+      for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index j = 0; j < n; ++j)
+          if (with.contains(static_cast<std::size_t>(i)) != with.contains(static_cast<std::size_t>(j)))
+            apart(i, j) = kPolicy.show.apart_squared;
+      if (with.size() < fitted_.size()) result.push_back({std::string(what), "", certainty(apart)});
+    }
+    return result;
+  }
+
+  static constexpr std::pair<std::string_view, std::array<Channel, 2>> kInstruments[] = {
+      {"positions", {Channel::x0, Channel::y0}},
+      {"the heading", {Channel::psi, Channel::psi}},
+      {"u and v_m", {Channel::u, Channel::vm}},
+      {"the yaw rate", {Channel::r, Channel::r}}};
+
+  const std::vector<const Fitted*>& fitted_;
+  const std::vector<double>& probability_;
+  const NextLimits& limits_;
+  const std::size_t jobs_;
+  const std::uint64_t seed_;
+  const Site site_;
+  const std::vector<MenuItem> menu_;
+  std::vector<Survivor> survivors_;
+};
 
 }  // namespace
 
-Recommended recommended(const std::vector<NextManeuver>& maneuvers, double p_right, const Policy& policy) {
-  std::optional<std::size_t> shortest;
-  for (std::size_t i = 0; i < maneuvers.size(); ++i)
-    if (maneuvers[i].p_right >= policy.show.decisive &&
-        (!shortest || maneuvers[i].duration_s < maneuvers[*shortest].duration_s))
-      shortest = i;
-  const std::size_t place = shortest.value_or(0);
-  return {place, maneuvers.at(place).p_right > p_right + policy.show.worthwhile_gain};
+NextPlan plan_maneuvers(const Campaign& campaign, const std::vector<const Fitted*>& hypotheses,
+                        const std::vector<double>& probability, const NextLimits& limits, std::size_t jobs,
+                        std::uint64_t seed) {
+  return Planner(campaign, hypotheses, probability, limits, jobs, seed).plan();
+}
+
+Recommended recommended(const NextPlan& plan, double p_right, const Policy& policy) {
+  const double decisive = policy.show.decisive * plan.p_reachable;
+  // The shortest that decides.
+  const auto shortest = [&](const auto& list) {
+    std::optional<std::size_t> result;
+    for (std::size_t i = 0; i < list.size(); ++i)
+      if (list[i].p_right >= decisive && (!result || list[i].duration_s < list[*result].duration_s)) result = i;
+    return result;
+  };
+  using What = Recommended::What;
+  Recommended best;
+  const auto offer = [&](What what, const auto& list, std::optional<std::size_t> place) {
+    if (place && *place < list.size() && list[*place].p_right > best.p_right + policy.show.worthwhile_gain)
+      best = {what, *place, list[*place].p_right};
+  };
+  best.p_right = p_right;
+  offer(What::maneuver, plan.maneuvers, shortest(plan.maneuvers));
+  if (best.what == What::nothing) offer(What::sequence, plan.sequences, shortest(plan.sequences));
+  if (best.what != What::nothing) return best;
+  offer(What::maneuver, plan.maneuvers, 0);
+  offer(What::sequence, plan.sequences, 0);
+  offer(What::record, plan.records, 0);
+  return best;
 }
 
 double expected_certainty(const Eigen::MatrixXd& squared_distance, const std::vector<double>& probability,
@@ -178,32 +200,6 @@ double expected_certainty(const Eigen::MatrixXd& squared_distance, const std::ve
     }
   }
   return sum / static_cast<double>(kPolicy.show.outcome_draws);
-}
-
-std::vector<NextManeuver> next_maneuvers(const Campaign& campaign, const std::vector<const Fitted*>& hypotheses,
-                                         std::vector<double> probability, std::size_t jobs, std::uint64_t seed) {
-  const double all = std::accumulate(probability.begin(), probability.end(), 0.0);
-  for (double& p : probability) p /= all;
-  std::vector<Survivor> survivors;
-  survivors.reserve(hypotheses.size());
-  for (const Fitted* fitted : hypotheses) survivors.push_back(survivor(*fitted, campaign));
-  for (Survivor& other : survivors) other.fit.noise = survivors.front().fit.noise;  // of one world
-  const Vec2<double> wind = mean_wind(campaign);
-  const std::vector<MenuItem> menu = maneuver_menu(campaign.ship, campaign.time_scale());
-
-  std::vector<std::optional<NextManeuver>> tried(menu.size());
-  parallel_for(menu.size(), jobs, [&](std::size_t m) {
-    if (const auto distance = squared_distances(menu[m], survivors, campaign, wind))
-      tried[m] = {menu[m].name, fmt::format("{} --duration-s {:.0f}", menu[m].command, menu[m].each_s),
-                  menu[m].each_s * static_cast<double>(menu[m].runs.size()),
-                  expected_certainty(*distance, probability, seed)};
-  });
-  std::vector<NextManeuver> result;
-  for (std::optional<NextManeuver>& one : tried)
-    if (one) result.push_back(std::move(*one));
-  std::stable_sort(result.begin(), result.end(),
-                   [](const NextManeuver& a, const NextManeuver& b) { return a.p_right > b.p_right; });
-  return result;
 }
 
 }  // namespace leeway::gap

@@ -190,7 +190,7 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   CHECK(alike["tips"][1] == "steady-current by unmeasured-wind: 62 %");
   CHECK(alike["tips"][5] == "unmeasured-wind by rudder-stall: 0.4 %");
   const io::Json& next = section_of(page, "What would distinguish them");
-  CHECK_THAT(next["text"], Contains("Now it is 0.86."));
+  CHECK_THAT(next["text"], Contains("Now it is 0.86;"));
   CHECK(next["charts"][0]["labels"] == Row{"turning circles, 35 deg to both sides (600 s)", "crash stop (240 s)"});
   CHECK(next["charts"][0]["values"] == std::vector<double>{0.987, 0.91});
   CHECK(next["charts"][0]["tips"][0] ==
