@@ -73,7 +73,7 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
   const FittedNull& fit = all_[from].fit;
   const std::set<std::string> present = name_set(all_[from].hypothesis);
   std::vector<Candidate> candidates;
-  const Identifiable is_identifiable(campaign_);
+  const Identifiable is_identifiable(campaign_, all_.front().fit);
   for (const EffectDescription& description : effect_catalogue()) {
     const std::string effect(description.info.name);
     if (!EffectLibrary::holds(effect) || present.contains(effect)) continue;

@@ -280,7 +280,8 @@ struct States {
   Eigen::MatrixXd values;                       // kStateChannels x steps
   std::vector<std::vector<Eigen::Index>> sets;  // one or two of those that change by more than they are uncertain
 };
-States states_of(const Moments& moments, double L_pp, const Vec3<double>& nu_sd) {
+//   has_answers  whether hull and rudders show how they answer
+States states_of(const Moments& moments, double L_pp, const Vec3<double>& nu_sd, bool has_answers) {
   States result;
   Eigen::MatrixXd& at = result.values;
   at = at_all_steps(moments, [&](const Moment& m) -> Eigen::VectorXd {
@@ -294,6 +295,9 @@ States states_of(const Moments& moments, double L_pp, const Vec3<double>& nu_sd)
   const Eigen::Vector<double, 6> error(nu_sd[0], nu_sd[1], nu_sd[2] * L_pp, 0.0, kKnownAngle, 0.0);
   std::vector<Eigen::Index> moving;
   for (Eigen::Index i = 0; i < at.rows(); ++i) {
+    const Channel channel = kStateChannels[static_cast<std::size_t>(i)];
+    const bool is_answer = channel == Channel::vm || channel == Channel::r || channel == Channel::delta;
+    if (is_answer && !has_answers) continue;
     if (sd[i] < std::max(kOf.certain_motion_sd * error[i], kPolicy.locate.least_pattern_rms)) continue;
     at.row(i) /= sd[i];
     result.sets.push_back({i});
@@ -315,7 +319,8 @@ std::vector<std::function<Basis()>> bases_of(const Campaign& campaign, const Fit
         return process_over(at, length, Dependence::place, length, moments);
       });
   if (campaign.has_heading) result.emplace_back([&moments] { return headings(moments); });
-  const auto states = std::make_shared<const States>(states_of(moments, L_pp, nu_sd));
+  const bool has_answers = Identifiable(campaign, fit).has_answers();
+  const auto states = std::make_shared<const States>(states_of(moments, L_pp, nu_sd, has_answers));
   for (const auto& set : states->sets)
     result.emplace_back([&moments, states, set] {
       const double length = set.size() == 1 ? kOf.length_of_one_state : kOf.length_of_two_states;
@@ -326,6 +331,7 @@ std::vector<std::function<Basis()>> bases_of(const Campaign& campaign, const Fit
     });
   for (const double period_s : in_equal_ratios(kOf.latent_periods, kOf.shortest_period_s, kOf.longest_period_s))
     result.emplace_back([&moments, period = time_unit * period_s] { return oscillation(moments, period); });
+  if (!has_answers) return result;
   const auto add_memory = [&](double time_s, bool rings) {
     result.emplace_back([&moments, L_pp, nu_sd, time = time_unit * time_s, rings] {
       return memory(moments, L_pp, time, rings, nu_sd);

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "core/statistics.hpp"
+#include "gap/detect/helm.hpp"
 #include "gap/filter/reference_units.hpp"
 #include "gap/policy/policy.hpp"
 
@@ -92,19 +93,18 @@ double angle_change(const Stretch& stretch, const RecordedInputs& one, const Rec
   return count > 0.0 ? squares / count : 0.0;
 }
 
-Identifiable::Identifiable(const Campaign& campaign) : keeps_course_(!campaign.ensemble) {
+Identifiable::Identifiable(const Campaign& campaign, const FittedNull& fit) : keeps_course_(!campaign.ensemble) {
   const auto width = [](std::vector<double> values) {
     std::erase_if(values, [](double value) { return std::isnan(value); });
     if (values.empty()) return std::numeric_limits<double>::infinity();
     std::sort(values.begin(), values.end());
     return quantile(values, 1.0 - kPolicy.detect.tail_share) - quantile(values, kPolicy.detect.tail_share);
   };
-  for (const Stretch& stretch : campaign.stretches) {
-    std::vector<double> heading;
-    for (const Vec6& y : stretch.measured) heading.push_back(y[2]);
-    keeps_course_ = keeps_course_ && width(heading) < kPolicy.detect.kept_course_deg * kDegree;
+  for (std::size_t s = 0; s < campaign.stretches.size() && keeps_course_; ++s) {
+    const Stretch& stretch = campaign.stretches[s];
+    keeps_course_ = helm_ahead_of_sensors(campaign, stretch, fit.smoothed[s]) > kPolicy.detect.helm_ahead;
     for (const Actuator& actuator : campaign.ship.actuators) {
-      if (actuator.is_propulsion()) continue;
+      if (info(actuator.channel).role != Role::thruster) continue;
       std::vector<double> values;
       for (const std::vector<StepInputs<double>>& step : stretch.inputs)
         values.push_back(step.front().start.actuators[actuator.channel]);
@@ -129,7 +129,7 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
     apply_uncertainty(null_.emplace_back(ships.back()), fit.theta);
   }
   const std::vector<EffectDescription>& catalogue = effect_catalogue();
-  const Identifiable is_identifiable(campaign);
+  const Identifiable is_identifiable(campaign, fit);
   for (std::size_t type = 0; type < catalogue.size(); ++type) {
     const std::string name(catalogue[type].info.name);
     if (!holds(name)) continue;

@@ -17,15 +17,17 @@ double angle_change(const Stretch& stretch, const RecordedInputs& one, const Rec
 /// autopilot answers to what the model does not know would be taken for late ones [rad].
 inline constexpr double kKnownAngle = kPolicy.detect.known_angle_deg * kDegree;
 
-/// Whether recordings say anything of an effect. Where a ship keeps its course in all of them, its heading within 5 deg
-/// and its rudders and thrusters within 2 % of their range in four fifths of the time, they say nothing of how hull and
-/// rudders answer: whoever steers sees the ship better than the recordings do, so that the rudders' small angles go
-/// with what the filter errs by, and rudders look weaker, and the hull steadier, than they are (Soderstrom & Stoica
-/// 1989, System Identification, chapter 10, on closed loops; docs/gap-locate.md).
+/// Whether recordings say anything of an effect. Where in all of them the rudders tell more of the ship than the sensors
+/// do, and no thruster pushes, they say nothing of how hull and rudders answer: the rudders go with what the filter errs
+/// by, and look weaker or late, and the hull steadier, than they are (Soderstrom & Stoica 1989, System Identification,
+/// chapter 10, on closed loops; helm_ahead_of_sensors(); docs/gap-locate.md).
 class Identifiable {
  public:
-  explicit Identifiable(const Campaign& campaign);
+  ///   fit  with nothing missing
+  Identifiable(const Campaign& campaign, const FittedNull& fit);
   bool operator()(std::string_view effect) const;
+  /// Whether they say anything of how hull and rudders answer.
+  bool has_answers() const { return !keeps_course_; }
 
  private:
   bool keeps_course_ = false;

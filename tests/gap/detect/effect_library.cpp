@@ -2,17 +2,31 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/random.hpp"
+#include "gap/detect/helm.hpp"
+
 using namespace leeway;
 
 namespace {
 
-// A ship at 0.5 m/s whose heading and rudder swing to and fro.
-gap::Campaign swinging(double heading_deg, double rudder_deg) {
+// A ship at 0.5 m/s whose heading swings to and fro, and what a filter with a good heading knows of her.
+struct Swinging {
+  gap::Campaign campaign;
+  gap::FittedNull fit;
+};
+
+constexpr double kRateSd = 0.05 * kDegree;  // of the filter
+
+//   rudder  angle by time, heading and yaw rate [s, rad, rad/s]
+Swinging swinging(const std::function<double(double, double, double)>& rudder, double thruster_rps = 0.0) {
   Trajectory recording;
   recording.name = recording.file = "run";
+  RandomStream random(1, "swinging");
+  gap::Smoothed smoothed;
   double x = 0.0, y = 0.0;
   for (int k = 0; k <= 200; ++k) {
-    const double t = k, phase = 2.0 * kPi * t / 40.0, psi = heading_deg * kDegree * std::sin(phase);
+    const double t = k, phase = 2.0 * kPi * t / 40.0, psi = 8.0 * kDegree * std::sin(phase),
+                 r = 8.0 * kDegree * 2.0 * kPi / 40.0 * std::cos(phase);
     x += 0.5 * std::cos(psi), y += 0.5 * std::sin(psi);
     const std::pair<Channel, double> row[] = {{Channel::t, t},
                                               {Channel::x0, x},
@@ -20,22 +34,59 @@ gap::Campaign swinging(double heading_deg, double rudder_deg) {
                                               {Channel::psi, psi},
                                               {Channel::u, 0.5},
                                               {Channel::vm, 0.0},
-                                              {Channel::r, heading_deg * kDegree * 2.0 * kPi / 40.0 * std::cos(phase)},
-                                              {Channel::delta, -rudder_deg * kDegree * std::sin(phase)},
-                                              {Channel::n_p, 10.0}};
+                                              {Channel::r, r},
+                                              {Channel::delta_p, rudder(t, psi, r)},
+                                              {Channel::delta_s, rudder(t, psi, r)},
+                                              {Channel::n_p, 10.0},
+                                              {Channel::n_bt, k % 40 < 20 ? thruster_rps : -thruster_rps}};
     for (const auto& [channel, value] : row) recording[channel].push_back(value);
+    gap::StateVector known = gap::StateVector::Zero();
+    known[2] = psi;
+    known[5] = r - kRateSd * random.normal();
+    smoothed.state.push_back(known);
+    smoothed.covariance.push_back(gap::StateMatrix::Zero());
+    smoothed.covariance.back()(5, 5) = kRateSd * kRateSd;
   }
-  return gap::prepare(read_ship("kvlcc2-l7"), {recording}, {});
+  Swinging result;
+  result.campaign = gap::prepare(read_ship("vectwin-3m"), {recording}, {});
+  REQUIRE(result.campaign.stretches.front().size() == smoothed.state.size());
+  result.fit.smoothed = {smoothed};
+  return result;
+}
+
+// What an autopilot orders, and how well a rudder's angle follows it.
+double by_autopilot(double t, double psi, double r) {
+  return -1.2 * psi - 6.0 * r + 0.01 * kDegree * std::sin(17.0 * t);
+}
+// A square wave by the clock, as in a zigzag.
+double by_clock(double t, double, double) { return 10.0 * kDegree * (std::fmod(t, 40.0) < 20.0 ? 1.0 : -1.0); }
+
+double helm_ahead(const Swinging& of) {
+  return gap::helm_ahead_of_sensors(of.campaign, of.campaign.stretches.front(), of.fit.smoothed.front());
 }
 
 }  // namespace
 
-TEST_CASE("effects: a ship that keeps its course says nothing of how hull and rudder answer", "[gap]") {
-  const gap::Identifiable course(swinging(1.0, 0.5)), zigzag(swinging(10.0, 10.0)), led(swinging(10.0, 0.5)),
-      pushed(swinging(1.0, 10.0));
+TEST_CASE("effects: rudders that follow the ship tell as much of her as the filter errs by", "[gap]") {
+  // Beside its law the autopilot does nothing: what is left of its angles is the filter's error alone.
+  CHECK(helm_ahead(swinging(by_autopilot)) == Approx(1.0).margin(0.3));
+  CHECK(helm_ahead(swinging(by_clock)) < 0.01);
+  CHECK(helm_ahead(swinging([](double, double, double) { return 0.0; })) == 0.0);
+  // A helmsman who is as inaccurate as the sensors are leaves half.
+  const auto helmsman = [](double t, double psi, double r) {
+    return -1.2 * psi - 6.0 * (r + std::sqrt(2.0) * kRateSd * std::sin(17.0 * t));
+  };
+  CHECK(helm_ahead(swinging(helmsman)) == Approx(0.5).margin(0.15));
+}
+
+TEST_CASE("effects: a ship that an autopilot keeps on her course says nothing of how hull and rudder answer", "[gap]") {
+  const Swinging kept = swinging(by_autopilot), turned = swinging(by_clock), pushed = swinging(by_autopilot, 20.0);
+  const gap::Identifiable course(kept.campaign, kept.fit), zigzag(turned.campaign, turned.fit),
+      pulses(pushed.campaign, pushed.fit);
   for (const char* effect : {"shallow-water", "rudder-effectiveness", "actuator-delay"}) {
     CHECK_FALSE(course(effect));
-    for (const gap::Identifiable* turned : {&zigzag, &led, &pushed}) CHECK((*turned)(effect));
+    CHECK(zigzag(effect));
+    CHECK(pulses(effect));
   }
   for (const char* effect : {"steady-current", "thrust-loss", "fouling", "unmeasured-wind", "propeller-walk"})
     CHECK(course(effect));

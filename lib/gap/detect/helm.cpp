@@ -1,0 +1,47 @@
+#include "gap/detect/helm.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/linear_algebra.hpp"
+#include "gap/policy/policy.hpp"
+
+namespace leeway::gap {
+namespace {
+
+// The mean angle of all rudders; NaN where it is not known, or there are none.
+double rudder_angle(const RecordedInputs& inputs, double t_s) {
+  const Actuators<double> actuators = inputs.at(t_s).actuators;
+  double sum = 0.0, rudders = 0.0;
+  for (const Channel channel : inputs.channels())
+    if (info(channel).role == Role::rudder) sum += actuators[channel], rudders += 1.0;
+  return sum / rudders;
+}
+
+}  // namespace
+
+double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed) {
+  const auto n = static_cast<Eigen::Index>(stretch.size());
+  const bool has_heading =
+      std::ranges::any_of(stretch.measured, [](const Vec6& measured) { return !std::isnan(measured[2]); });
+  Eigen::MatrixXd X(n, has_heading ? 3 : 2);
+  Eigen::VectorXd angle(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    X(i, 0) = 1.0;
+    X(i, 1) = smoothed.state[k][5];
+    if (has_heading) X(i, 2) = smoothed.state[k][2];
+    angle[i] = rudder_angle(campaign.recorded_inputs[stretch.recording], stretch.t_s[k]);
+  }
+  if (!angle.allFinite() || n <= 2 * X.cols()) return 0.0;
+  const Eigen::VectorXd law = X.colPivHouseholderQr().solve(angle), beside = angle - X * law;
+  double unknown = 0.0;  // variance of what the rudders follow, as the sensors leave it
+  for (const StateMatrix& P : smoothed.covariance) {
+    unknown += law[1] * law[1] * P(5, 5);
+    if (has_heading) unknown += law[2] * (law[2] * P(2, 2) + 2.0 * law[1] * P(2, 5));
+  }
+  unknown /= static_cast<double>(n);
+  return unknown > 0.0 ? unknown / (beside.squaredNorm() / static_cast<double>(n)) : 0.0;
+}
+
+}  // namespace leeway::gap

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "gap/filter/campaign.hpp"
+#include "gap/filter/state_space.hpp"
+
+namespace leeway::gap {
+
+/// How much more a stretch's rudders know of the ship than its recordings do. Whoever steers by heading and yaw rate
+/// sees the ship herself: where the rudders' mean angle is
+///   per_heading psi + per_rate r + offset + e,
+/// e is how well they tell what she does, and the filter's uncertainty of the same sum how well the sensors do. The law
+/// is a regression on smoothed states, whose errors have nothing to do with what is smoothed, so that nothing is
+/// attenuated.
+///   smoothed  with nothing missing
+/// Returns the variance of the filter's uncertainty by that of e: near 0 where rudders are moved by the clock, or to
+/// turn; about 1 and more where an autopilot keeps a course. 0 without rudders, and where they stay.
+double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed);
+
+}  // namespace leeway::gap
