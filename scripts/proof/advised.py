@@ -44,7 +44,7 @@ def menu(ship):
         "random orders to all actuators": ([{"kind": "random"}], 200.0),
     }
     turns = lambda n: [scheduled(n_p=[(0.0, n)], **both([(0.0, d)])) for d in (35.0, -35.0)]
-    slow = ", at 0.5 of the usual speed"
+    slow = ", at 50 % speed"
     out["a straight run and its reciprocal" + slow] = ([{"kind": "straight", "heading_deg": h, **slowly} for h in (0.0, 180.0)], 200.0)
     out["turning circles, 35 deg to both sides" + slow] = ([{**turn, "u_share": low} for turn in turns(low * n)], 240.0)
     out["a zigzag 20/20" + slow] = ([{"kind": "zigzag", "rudder_deg": 20.0, "turn_by_deg": 20.0, **slowly}], 300.0)
@@ -53,7 +53,7 @@ def menu(ship):
     if "n_bt" in actuators:
         full = actuators["n_bt"]["max_rps"]
         pulses = [(0.0, 0.0), (20.0 * T, full), (45.0 * T, 0.0), (85.0 * T, -full), (110.0 * T, 0.0), (150.0 * T, full), (175.0 * T, 0.0)]
-        out["thruster pulses, at the usual speed"] = ([scheduled(n_bt=pulses)], 200.0)
+        out["thruster pulses under way"] = ([scheduled(n_bt=pulses)], 200.0)
         out["thruster pulses" + slow] = ([{**scheduled(n_p=[(0.0, low * n)], n_bt=pulses), "u_share": low}], 200.0)
         out["thruster pulses at rest"] = ([{**scheduled(n_p=[(0.0, 0.0)], n_bt=pulses), "start_share": 0.0}], 200.0)
     return out

@@ -282,7 +282,7 @@ TEST_CASE("next maneuver: a crash stop, no zigzag, shows whether a propeller giv
   }
   for (const char* zigzag : {"a zigzag 10/10", "a zigzag 20/20"}) CHECK(right.at("a crash stop") > right.at(zigzag));
   CHECK(right.contains("astern from rest, rudders amidships"));
-  CHECK(right.contains("a straight run and its reciprocal, at 0.5 of the usual speed"));
+  CHECK(right.contains("a straight run and its reciprocal, at 50 % speed"));
   for (const gap::NextSequence& both : plan.sequences) {
     const auto [first, second] = both.maneuvers;
     CHECK(both.p_right > std::max(plan.maneuvers[first].p_right, plan.maneuvers[second].p_right));

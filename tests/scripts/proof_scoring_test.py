@@ -209,7 +209,7 @@ class Sealed(unittest.TestCase):
 
     def test_the_advised_maneuver_is_sailed_with_the_same_hidden_effect(self):
         ship = model.read_ship(self.case["ship"])
-        slow_turns = "turning circles, 35 deg to both sides, at 0.5 of the usual speed"
+        slow_turns = "turning circles, 35 deg to both sides, at 50 % speed"
         chosen = {n: m for n, m in advised.menu(ship).items() if n in ("a coast-down with stopped propeller", "a zigzag 10/10", slow_turns)}
         voyage = advised.Voyage(self.key, chosen)
         self.assertEqual(voyage.effects_of(0)["rudder_offset"], np.radians(self.key["truth"]["rudder-offset"]["parameters"]["rudder_offset_deg"]))

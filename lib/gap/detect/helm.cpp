@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "core/linear_algebra.hpp"
-#include "gap/policy/policy.hpp"
+#include "gap/detect/effect_library.hpp"
 
 namespace leeway::gap {
 namespace {
@@ -21,22 +23,36 @@ double rudder_angle(const RecordedInputs& inputs, double t_s) {
 }  // namespace
 
 double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed) {
-  const auto n = static_cast<Eigen::Index>(stretch.size());
+  std::vector<double> angle;
+  for (const double t_s : stretch.t_s) angle.push_back(rudder_angle(campaign.recorded_inputs[stretch.recording], t_s));
+  if (angle.empty() || std::ranges::any_of(angle, [](double x) { return std::isnan(x); })) return 0.0;
+  const auto [least, most] = std::ranges::minmax(angle);
+  std::vector<std::size_t> free;  // points at which the rudders are at no limit, where they follow nothing
+  for (std::size_t k = 0; k < angle.size(); ++k)
+    if (angle[k] > least + kKnownAngle && angle[k] < most - kKnownAngle) free.push_back(k);
+  if (most - least < 4.0 * kKnownAngle) {  // they hardly move, and have no limits
+    free.resize(angle.size());
+    std::iota(free.begin(), free.end(), std::size_t{0});
+  }
+  if (2 * free.size() < angle.size()) return 0.0;
+
+  const auto n = static_cast<Eigen::Index>(free.size());
   const bool has_heading =
       std::ranges::any_of(stretch.measured, [](const Vec6& measured) { return !std::isnan(measured[2]); });
   Eigen::MatrixXd X(n, has_heading ? 3 : 2);
-  Eigen::VectorXd angle(n);
+  Eigen::VectorXd y(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
+    const std::size_t k = free[static_cast<std::size_t>(i)];
     X(i, 0) = 1.0;
     X(i, 1) = smoothed.state[k][5];
     if (has_heading) X(i, 2) = smoothed.state[k][2];
-    angle[i] = rudder_angle(campaign.recorded_inputs[stretch.recording], stretch.t_s[k]);
+    y[i] = angle[k];
   }
-  if (!angle.allFinite() || n <= 2 * X.cols()) return 0.0;
-  const Eigen::VectorXd law = X.colPivHouseholderQr().solve(angle), beside = angle - X * law;
+  if (n <= 2 * X.cols()) return 0.0;
+  const Eigen::VectorXd law = X.colPivHouseholderQr().solve(y), beside = y - X * law;
   double unknown = 0.0;  // variance of what the rudders follow, as the sensors leave it
-  for (const StateMatrix& P : smoothed.covariance) {
+  for (const std::size_t k : free) {
+    const StateMatrix& P = smoothed.covariance[k];
     unknown += law[1] * law[1] * P(5, 5);
     if (has_heading) unknown += law[2] * (law[2] * P(2, 2) + 2.0 * law[1] * P(2, 5));
   }

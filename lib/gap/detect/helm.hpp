@@ -10,7 +10,8 @@ namespace leeway::gap {
 ///   per_heading psi + per_rate r + offset + e,
 /// e is how well they tell what she does, and the filter's uncertainty of the same sum how well the sensors do. The law
 /// is a regression on smoothed states, whose errors have nothing to do with what is smoothed, so that nothing is
-/// attenuated.
+/// attenuated. Points where the rudders are at the largest or smallest angle of the recording count only where they
+/// hardly move at all: at its limit an autopilot follows nothing.
 ///   smoothed  with nothing missing
 /// Returns the variance of the filter's uncertainty by that of e: near 0 where rudders are moved by the clock, or to
 /// turn; about 1 and more where an autopilot keeps a course. 0 without rudders, and where they stay.

@@ -72,7 +72,7 @@ class Menu {
       return;
     }
     const bool is_usual = share == 1.0;
-    const std::string at = is_usual ? "" : fmt::format(", at {:.2g} of the usual speed", share),
+    const std::string at = is_usual ? "" : fmt::format(", at {:.0f} % speed", 100.0 * share),
                       u0 = is_usual ? "" : fmt::format(" --u0-mps {:.4g}", u_mps_),
                       speed = is_usual ? "" : fmt::format("{} --n-p-rps {:.4g}", u0, n_rps_);
     const double turned_deg = within(policy.turning_rudder_deg);
@@ -85,8 +85,8 @@ class Menu {
     if (is_usual) add_zigzag(small_deg, at, speed, policy.zigzag_s);
     if (!is_usual || large_deg > small_deg) add_zigzag(large_deg, at, speed, policy.zigzag_s / share);
     if (has_thruster())
-      add("thruster pulses" + (is_usual ? ", at the usual speed" : at),
-          fmt::format("thruster-pulses --u0-mps {:.4g}", u_mps_), policy.orders_s, {pulses()});
+      add("thruster pulses" + (is_usual ? " under way" : at), fmt::format("thruster-pulses --u0-mps {:.4g}", u_mps_),
+          policy.orders_s, {pulses()});
     if (is_usual) add_of_usual_speed();
   }
 

@@ -72,6 +72,11 @@ TEST_CASE("effects: rudders that follow the ship tell as much of her as the filt
   CHECK(helm_ahead(swinging(by_autopilot)) == Approx(1.0).margin(0.3));
   CHECK(helm_ahead(swinging(by_clock)) < 0.01);
   CHECK(helm_ahead(swinging([](double, double, double) { return 0.0; })) == 0.0);
+  // At its limit it follows nothing; what it does below tells as before.
+  const auto limited = [](double t, double psi, double r) {
+    return std::clamp(by_autopilot(t, psi, r), -12.0 * kDegree, 12.0 * kDegree);
+  };
+  CHECK(helm_ahead(swinging(limited)) == Approx(1.0).margin(0.4));
   // A helmsman who is as inaccurate as the sensors are leaves half.
   const auto helmsman = [](double t, double psi, double r) {
     return -1.2 * psi - 6.0 * (r + std::sqrt(2.0) * kRateSd * std::sin(17.0 * t));

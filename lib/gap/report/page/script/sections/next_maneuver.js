@@ -10,22 +10,32 @@ const nextManeuverSection = ({explanation: {next}}) => {
           probability(next.p_right_now) + '; what was fitted has ' + probability(next.p_reachable) +
           ' together, which nothing can surpass.' +
           (next.advised.nothing_tells ? ' Nothing of these would tell.' : ''));
-  const axis = 'expected probability of the right name';
-  const show = (title, list, label, tip) => {
-    if (list.length === 0) return;
-    bars(
-        part, title,
-        list.map((one) => ({
-                   label: label(one),
-                   value: one.p_right,
-                   color: one.p_right >= CERTAIN * next.p_reachable ? COLOR.sway : COLOR.grey,
-                   tip: `${short(one.p_right)}: ${tip(one)}`,
-                 })),
-        {axis, markValues: [next.p_right_now], min: 0, max: 1});
-  };
-  show('one maneuver', next.maneuvers, (m) => `${m.maneuver} (${seconds(m.duration_s)})`, (m) => m.command);
-  show('two of them', next.sequences, (s) => `${s.maneuvers.join(' and ')} (${seconds(s.duration_s)})`,
-       (s) => s.maneuvers.join(' and '));
-  show('what was not recorded', next.records, (r) => r.record + (r.maneuver === null ? '' : `, in ${r.maneuver}`),
-       (r) => r.record);
+  bars(
+      part, 'expected probability of the right name',
+      next.maneuvers.map((m) => ({
+                           label: `${m.maneuver} (${seconds(m.duration_s)})`,
+                           value: m.p_right,
+                           color: m.p_right >= CERTAIN * next.p_reachable ? COLOR.sway : COLOR.grey,
+                           tip: `${short(m.p_right)}: ${m.command}`,
+                         })),
+      {axis: 'expected probability of the right name', markValues: [next.p_right_now], min: 0, max: 1});
+  const expected = {name: 'Expected', of: (one) => probability(one.p_right), kind: 'number'};
+  if (next.sequences.length > 0)
+    part.append(table(
+                    [
+                      {name: 'Two of them', of: (s) => s.maneuvers.join(' and ')},
+                      {name: 'Time', of: (s) => seconds(s.duration_s), kind: 'number'},
+                      expected,
+                    ],
+                    next.sequences)
+                    .node);
+  if (next.records.length > 0)
+    part.append(table(
+                    [
+                      {name: 'What was not recorded', of: (r) => r.record},
+                      {name: 'In', of: (r) => r.maneuver === null ? 'the same maneuvers as now' : r.maneuver},
+                      expected,
+                    ],
+                    next.records)
+                    .node);
 };
