@@ -17,7 +17,6 @@
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "core/errors.hpp"
-#include "core/units.hpp"
 #include "effects/description.hpp"
 #include "gap/compare/current_course.hpp"
 #include "gap/gap_explain.hpp"
@@ -100,9 +99,9 @@ std::pair<double, double> area_of(const std::string& text) {
 gap::NextLimits next_limits(const Options& o, const Ship& ship) {
   gap::NextLimits limits;
   limits.depth_m = o.depth_m;
+  limits.rudder_deg = o.rudder_deg;
   limits.time_s = o.time_s;
   if (!o.area.empty()) std::tie(limits.width_m, limits.length_m) = area_of(o.area);
-  if (o.rudder_deg) limits.rudder_rad = *o.rudder_deg * kDegree;
   for (const EffectDescription& effect : effect_catalogue())
     if (const double least_m = effect.parameters.front().low * ship.particulars.d;
         effect.info.changes_depth && o.depth_m && *o.depth_m < least_m)

@@ -338,7 +338,7 @@ TEST_CASE("next maneuver: limits of area, rudder, time and depth hold in what is
   for (const gap::NextSequence& both : fast.sequences) CHECK(both.duration_s <= 150.0);
 
   gap::NextLimits rudder;
-  rudder.rudder_rad = 15.0 * kDegree;
+  rudder.rudder_deg = 15.0;
   const gap::NextPlan gentle = planned(rudder);
   CHECK(named(gentle, "turning circles, 15 deg to both sides") != nullptr);
   CHECK(named(gentle, "turning circles, 35 deg to both sides") == nullptr);

@@ -25,7 +25,7 @@ struct GapLocateOptions {
 struct NextLimits {
   std::optional<double> length_m, width_m;  ///< of the area, which may lie in any direction
   std::optional<double> depth_m;            ///< of the water there
-  std::optional<double> rudder_rad;         ///< largest angle to either side
+  std::optional<double> rudder_deg;         ///< largest angle to either side
   std::optional<double> time_s;             ///< for all of it
 };
 

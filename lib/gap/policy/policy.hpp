@@ -148,7 +148,7 @@ struct DetectPolicy {
   double uniform_share = 0.3;  ///< [-] of the range of a uniform strength from off to nominal | origin: choice
   double angles_per_sample = 4.0;  ///< [-] points per recorded sample at which rudders' angles are compared | origin: choice
   double known_angle_deg = 0.5;  ///< [deg] root mean square by which rudders differ that is no different from none | origin: choice, the accuracy of measured angles
-  double helm_ahead = 0.1;  ///< [-] of the variance of what rudders do beside following the ship: what the sensors leave unknown of her, from which on rudders tell more | origin: measured, 0.58 to 1.6 in 24 straight runs under an autopilot, 0.007 at most in 144 others (docs/gap-method.md)
+  double helm_ahead = 0.1;  ///< [-] of the variance of what rudders do beside following the ship: what the sensors leave unknown of her, from which on rudders tell more | origin: measured, 0.58 to 1.6 in 27 straight runs under an autopilot, 0.007 at most in 141 others (docs/gap-method.md)
   double kept_actuator_share = 0.02;  ///< [-] of an actuator's range: width within which it is hardly used | origin: choice
   double tail_share = 0.1;  ///< [-] of the time that these widths leave out to each side | origin: choice
   double first_wind = 0.7;  ///< [prior sd] components of a wind's starts around the compass: in calm air forces have no slope | origin: choice

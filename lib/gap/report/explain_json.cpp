@@ -207,7 +207,7 @@ Json next_of(const Explanation& explanation) {
            {{"length_m", number(limits.length_m.value_or(kMissing))},
             {"width_m", number(limits.width_m.value_or(kMissing))},
             {"depth_m", number(limits.depth_m.value_or(kMissing))},
-            {"rudder_deg", number(limits.rudder_rad.value_or(kMissing) / kDegree)},
+            {"rudder_deg", number(limits.rudder_deg.value_or(kMissing))},
             {"time_s", number(limits.time_s.value_or(kMissing))}}}};
 }
 

@@ -36,7 +36,7 @@ class Menu {
   static constexpr const ShowPolicy& policy = kPolicy.show;
 
   // A rudder angle [deg] that the limits allow.
-  double within(double deg) const { return limits_.rudder_rad ? std::min(deg, *limits_.rudder_rad / kDegree) : deg; }
+  double within(double deg) const { return std::min(deg, limits_.rudder_deg.value_or(deg)); }
 
   static ManeuverRun turn(double rudder_rad) {
     return {0.0, [=](const SimulatedShip& s) { return turning(s.ship, rudder_rad); }};
@@ -57,8 +57,8 @@ class Menu {
   }
 
   void add_zigzag(double deg, const std::string& at, const std::string& speed, double each_s) {
-    add(fmt::format("a zigzag {0:.3g}/{0:.3g}{1}", deg, at),
-        fmt::format("zigzag --rudder-deg {0:.3g} --heading-deg {0:.3g}{1}", deg, speed), each_s,
+    add(fmt::format("a zigzag {0}/{0}{1}", deg, at),
+        fmt::format("zigzag --rudder-deg {0} --heading-deg {0}{1}", deg, speed), each_s,
         {{0.0, [deg](const SimulatedShip& s) { return zigzag(s.ship, deg * kDegree, deg * kDegree); }}});
   }
 
@@ -78,8 +78,8 @@ class Menu {
     const double turned_deg = within(policy.turning_rudder_deg);
     add("a straight run and its reciprocal" + at, "straight" + u0, policy.straight_s / share,
         {straight_at(0.0), straight_at(kPi)});
-    add(fmt::format("turning circles, {:.3g} deg to both sides{}", turned_deg, at),
-        fmt::format("turning --rudder-deg {:.3g}{}", turned_deg, speed), policy.turning_s / share,
+    add(fmt::format("turning circles, {} deg to both sides{}", turned_deg, at),
+        fmt::format("turning --rudder-deg {}{}", turned_deg, speed), policy.turning_s / share,
         {turn(turned_deg * kDegree), turn(-turned_deg * kDegree)});
     const double small_deg = within(10.0), large_deg = within(20.0);
     if (is_usual) add_zigzag(small_deg, at, speed, policy.zigzag_s);
@@ -95,7 +95,7 @@ class Menu {
     add("a coast-down with stopped propeller", "coast-down", policy.stopping_s,
         {{0.0, [](const SimulatedShip& s) { return coast_down(s); }}});
     add("a crash stop", "crash-stop", policy.stopping_s, {{0.0, [](const SimulatedShip& s) { return crash_stop(s); }}});
-    add("a pull-out", fmt::format("pull-out --rudder-deg {:.3g}", pulled_deg), policy.pull_out_s,
+    add("a pull-out", fmt::format("pull-out --rudder-deg {}", pulled_deg), policy.pull_out_s,
         {{0.0, [=](const SimulatedShip& s) { return pull_out(s, pulled_deg * kDegree); }}});
     add("random orders to all actuators", "random", policy.orders_s,
         {{0.0, [](const SimulatedShip& s) { return random_orders(s.ship, RandomStream(1, "next-maneuver")); }}});

@@ -54,11 +54,11 @@ std::size_t samples_within(const Trajectory& run, const NextLimits& limits) {
   return run.size();
 }
 
-bool turns_rudders_farther(const Trajectory& run, const Ship& ship, double rudder_rad) {
+bool turns_rudders_farther(const Trajectory& run, const Ship& ship, double rudder_deg) {
   return std::ranges::any_of(ship.actuators, [&](const Actuator& actuator) {
     return info(actuator.channel).role == Role::rudder && run.has(actuator.channel) &&
            std::ranges::any_of(run[actuator.channel],
-                               [&](double angle) { return std::abs(angle) > rudder_rad + kPolicy.show.least_sd; });
+                               [&](double angle) { return std::abs(angle) > rudder_deg * kDegree; });
   });
 }
 
@@ -69,7 +69,7 @@ double longest_s(const MenuItem& item, const std::vector<std::vector<Trajectory>
   if (limits.time_s) each_s = std::min(each_s, *limits.time_s / static_cast<double>(item.runs.size()));
   for (const std::vector<Trajectory>& runs : by_truth)
     for (const Trajectory& run : runs) {
-      if (limits.rudder_rad && turns_rudders_farther(run, site.ship, *limits.rudder_rad)) return 0.0;
+      if (limits.rudder_deg && turns_rudders_farther(run, site.ship, *limits.rudder_deg)) return 0.0;
       if (!limits.length_m) continue;
       const std::size_t n = samples_within(run, limits);
       if (n == 0) return 0.0;

@@ -57,7 +57,7 @@ TEST_CASE("next maneuver: the menu has lower speeds, and astern where the propel
   CHECK(has(osaka, "35 deg") == 2);
 
   gap::NextLimits limits;
-  limits.rudder_rad = 8.0 * kDegree;
+  limits.rudder_deg = 8.0;
   const std::vector<gap::MenuItem> gentle = gap::maneuver_menu(read_ship("esso-osaka-3m"), 1.0, limits);
   CHECK(has(gentle, "35 deg") == 0);
   CHECK(has(gentle, "a zigzag 8/8") == 2);  // one of each speed
