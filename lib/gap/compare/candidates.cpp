@@ -4,12 +4,14 @@
 #include <map>
 #include <set>
 
+#include "gap/compare/current_course.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
 
 std::vector<Candidate> candidates_with(const Campaign& campaign, const std::string& effect,
-                                       const FreeEffect::Choice& choice) {
+                                       const FreeEffect::Choice& chosen) {
+  const FreeEffect::Choice choice = search_start(effect) == SearchStart::course ? current_course(campaign) : chosen;
   std::set<std::size_t> recordings;
   for (const Stretch& stretch : campaign.stretches) recordings.insert(stretch.recording);
   try {

@@ -9,9 +9,9 @@
 namespace leeway::gap {
 
 /// An effect everywhere, and where it may be another one in each of a few recordings, in each; none where the ship
-/// lacks what it needs.
+/// lacks what it needs. Of a current that varies: its course.
 std::vector<Candidate> candidates_with(const Campaign& campaign, const std::string& effect,
-                                       const FreeEffect::Choice& choice);
+                                       const FreeEffect::Choice& chosen);
 
 /// What is tried of the candidates [begin, end), which belong to one effect: each that acts everywhere, and of those
 /// that act in one recording alone the best of each, together.

@@ -76,7 +76,8 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
   const Identifiable is_identifiable(campaign_, all_.front().fit);
   for (const EffectDescription& description : effect_catalogue()) {
     const std::string effect(description.info.name);
-    if (!EffectLibrary::holds(effect) || present.contains(effect)) continue;
+    if (!is_screened(description.info.search) && description.info.search != SearchStart::course) continue;
+    if (present.contains(effect)) continue;
     if (!is_identifiable(effect)) {
       if (unexcited) unexcited->push_back(effect);
       continue;

@@ -5,7 +5,6 @@
 #include <functional>
 #include <set>
 
-#include "gap/compare/current_course.hpp"
 #include "gap/compare/latent_forces.hpp"
 #include "gap/compare/terms.hpp"
 #include "gap/decide/found.hpp"
@@ -129,13 +128,11 @@ class Selector {
     return expected < share * gained && expected < gained - far_behind;
   }
 
-  /// What begins and ends is sought in the intervals where it was, of a current that varies the course.
+  /// What begins and ends is sought in the intervals where it was.
   std::vector<Start> starts_with(std::size_t from, const std::string& effect) const {
-    const SearchStart search = search_start(effect);
-    if (search == SearchStart::interval)
+    if (search_start(effect) == SearchStart::interval)
       return starts_in_intervals(campaign_, comparison_.all()[from], effect, intervals_, options_.locate.jobs);
-    return comparison_.starts_with(from, effect,
-                                   search == SearchStart::course ? current_course(campaign_) : FreeEffect::Choice());
+    return comparison_.starts_with(from, effect, {});
   }
   /// The likeliest of the effects that begin and end.
   std::optional<std::size_t> add_in_intervals(std::size_t from, std::vector<Interval> intervals) {
@@ -249,9 +246,6 @@ class Selector {
             !is_hopeless(candidate.gain, of, 0, kPolicy.compare.hopeless_share,
                          kPolicy.compare.far_behind_of_look_alikes))
           better(comparison_.add(0, candidate.starts));
-      for (const std::string& varying : effects_searched_from(SearchStart::course))
-        if (names.size() == 1 && are_look_alikes(names.front(), varying))
-          better(comparison_.add(0, starts_with(0, varying)));
     }
   }
 
@@ -283,9 +277,16 @@ class Selector {
     if (selection_.is_latent) selection_.chosen = 0;
   }
 
-  /// Latent forces beside a fit; terms, where they were fitted, are another form of what depends on states.
+  /// Latent forces beside a fit; terms, where they were fitted, are another form of what depends on states. That
+  /// other forms of the ship's own forces do as well: where they leave as much it has to be surer.
   void find_kinds_beside(std::size_t i) {
     selection_.latent = latent_forces(campaign_, comparison_.all()[i].fit, options_.locate.jobs);
+    if (selection_.error < kPolicy.decide.error_of_forms)
+      std::erase_if(selection_.latent, [&](const LatentForce& kind) {
+        return kind.on == Dependence::states &&
+               !is_rare(LatentFound{comparison_.log_odds_of({kind}), 0.0, findings_.tests},
+                        surely_beside(options_.locate.false_alarm));
+      });
     std::set<std::string> bare = name_set(hypothesis(i));
     bare.erase(name_of_terms());
     if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});

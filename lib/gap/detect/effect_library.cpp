@@ -132,7 +132,7 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
   const Identifiable is_identifiable(campaign, fit);
   for (std::size_t type = 0; type < catalogue.size(); ++type) {
     const std::string name(catalogue[type].info.name);
-    if (!holds(name)) continue;
+    if (!is_screened(catalogue[type].info.search)) continue;
     if (!is_identifiable(name)) {
       not_applicable_.push_back(name + ": the ship keeps its course");
       continue;
@@ -246,8 +246,6 @@ void EffectLibrary::add_derived() {
     not_applicable_.push_back(names_of({wind_velocity}) + ": the ensemble does not see the wind");
   not_applicable_.emplace_back("all effects that change forces: the ensemble has none; gap-explain --ship tries them");
 }
-
-bool EffectLibrary::holds(std::string_view effect) { return is_screened(search_start(effect)); }
 
 MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std::size_t> entries) const {
   const LinearStretch& stretch = fit_.stretches[stretch_index];

@@ -36,8 +36,8 @@ class Identifiable {
 /// What each effect of the catalogue would do to each step of the simulator: the difference of two simulations over the
 /// step, with the effect at a nominal strength and without. Effects with a direction have one column for each of four
 /// directions, those with several strengths one for each. Not here are effects whose search does not start from one
-/// linear step (SearchStart): what comes and goes is left to the scan over intervals, a current that varies to what
-/// looks like it (current_course.hpp), and what is bound to a place to the search for places, since at one that is not
+/// linear step (SearchStart): what comes and goes is left to the scan over intervals, a current that varies to the
+/// comparison, which fits its course, and what is bound to a place to the search for places, since at one that is not
 /// its own a step shows nothing of it. Where rudders that act late or slowly would differ by less than kKnownAngle,
 /// they are not applicable; nor is what is not Identifiable. With an ensemble, which has no forces to change, only what
 /// follows from its own derivatives (EnsembleForm), a wind where it sees the wind.
@@ -50,8 +50,6 @@ class EffectLibrary {
   };
 
   EffectLibrary(const Campaign& campaign, const FittedNull& fit);
-  /// Whether an effect of the catalogue is among those that are tried.
-  static bool holds(std::string_view effect);
 
   const std::vector<Entry>& entries() const { return entries_; }
   const std::vector<std::string>& not_applicable() const { return not_applicable_; }

@@ -64,6 +64,7 @@ void Climb::linearize_all(const std::vector<LinearStretch>& before) {
 bool Climb::until_converged(int most_iterations, Judged judged) {
   const bool judges = judged == Judged::all;
   double moved = 1.0, noise_moved = 1.0, damping = 0.0;
+  bool looks_for_events = judged != Judged::nothing, has_needless_events = true;
   for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
     const bool is_free = judges && iteration < kPolicy.fit.free_steps;
     if (iteration == 0 || judges) linearize_all(fit_.stretches);
@@ -74,8 +75,16 @@ bool Climb::until_converged(int most_iterations, Judged judged) {
     distance = distance_now();
     const bool stands =
         iteration > 1 && moved < kPolicy.fit.theta_converged && noise_moved < kPolicy.fit.noise_converged;
-    if ((stands && (distance < kPolicy.fit.near_sd || moved == 0.0)) || iteration == most_iterations)
-      return stands && distance < kPolicy.fit.far_sd;
+    const bool is_there = stands && (distance < kPolicy.fit.near_sd || moved == 0.0);
+    if (iteration == most_iterations) return stands && distance < kPolicy.fit.far_sd;
+    if (is_there || (looks_for_events && iteration == kPolicy.fit.events_fixed)) {
+      looks_for_events = false;
+      has_needless_events = has_needless_events && leave_out_needless_events();
+      if (has_needless_events)
+        noise_moved = moved = 1.0;
+      else if (is_there)
+        return distance < kPolicy.fit.far_sd;
+    }
 
     // Noise levels, once the path has been smoothed for the first time; later few steps, since parameters follow.
     if ((!judges || iteration > 0) &&
@@ -93,7 +102,7 @@ bool Climb::until_converged(int most_iterations, Judged judged) {
       const std::size_t first = std::min(kPolicy.filter.first_points, fit_.smoothed[s].state.size());
       std::copy_n(fit_.smoothed[s].state.begin(), first, fit_.stretches[s].path.begin());
     });
-    if (judged != Judged::nothing && iteration > 1 && iteration < kPolicy.fit.events_fixed) {
+    if (looks_for_events && iteration > 1) {
       find_events(fit_, campaign_);
       if (!judges) take_events();
     }
@@ -213,6 +222,40 @@ Eigen::VectorXd Climb::step(double& damping, bool anyhow) {
   fit_.total = total;
   std::swap(stretches, fit_.stretches);
   return Eigen::VectorXd::Zero(theta.size());
+}
+
+// Events that gain less than they cost: all, where other levels of the noise do as well, or each by itself. Whether
+// there were any.
+bool Climb::leave_out_needless_events() {
+  const std::vector<Event> events = events_of(fit_, campaign_);
+  if (events.empty()) return false;
+  const auto found = fit_.event_scale;
+  const Noise noise = fit_.noise;
+  const double cost = fit_.log_prior_of_events;
+  double best = log_evidence(fit_);
+  for (const Event& event : events) leave_out(event, fit_);
+  take_events();
+  fit_.noise = noise_of(levels().minimize(levels_of(noise), 5, fit_.level_unit), noise);
+  fit_.total = levels().total(fit_.noise);
+  if (log_evidence(fit_) > best) return true;
+  fit_.event_scale = found;
+  fit_.log_prior_of_events = cost;
+  fit_.noise = noise;
+  bool is_any_needless = false;
+  for (const Event& event : events) {
+    const std::vector<Vec3<double>> scales = fit_.event_scale[event.stretch];
+    leave_out(event, fit_);
+    take_events();
+    if (const double without = log_evidence(fit_); without > best) {
+      best = without;
+      is_any_needless = true;
+      continue;
+    }
+    fit_.event_scale[event.stretch] = scales;
+    fit_.log_prior_of_events += event.log_prior;
+  }
+  take_events();
+  return is_any_needless;
 }
 
 void Climb::leave_out_outliers() {

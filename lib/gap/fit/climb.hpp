@@ -48,6 +48,7 @@ class Climb {
   double log_posterior() const;
   Eigen::VectorXd step(double& damping, bool anyhow);
   void leave_out_outliers();
+  bool leave_out_needless_events();
 
   const Campaign& campaign_;
   FittedNull& fit_;

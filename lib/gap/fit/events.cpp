@@ -2,11 +2,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/statistics.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
+namespace {
+
+struct EventBlock {
+  std::size_t stretch, begin, end;  // points
+};
+
+std::vector<EventBlock> blocks_of_events(const Campaign& campaign) {
+  const double block_s = kPolicy.fit.event_block_s * campaign.time_scale();
+  std::vector<EventBlock> blocks;
+  for (std::size_t s = 0; s < campaign.stretches.size(); ++s) {
+    const Stretch& stretch = campaign.stretches[s];
+    for (std::size_t begin = 0, end = 0; begin < stretch.size(); begin = end) {
+      while (end < stretch.size() && stretch.t_s[end] - stretch.t_s[begin] < block_s) ++end;
+      blocks.push_back({s, begin, end});
+    }
+  }
+  return blocks;
+}
+
+}  // namespace
 
 Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
   Vec3<double> sum = Vec3<double>::Zero();
@@ -21,37 +42,58 @@ Vec3<double> typical_acceleration(const std::vector<LinearStretch>& stretches) {
 }
 
 void find_events(FittedNull& fit, const Campaign& campaign) {
-  fit.log_prior_of_events = 0.0;
-  const double block_s = kPolicy.fit.event_block_s * campaign.time_scale();
-  struct Piece {
-    std::size_t stretch, begin, end;
-    Vec3<double> mean_square;
-  };
-  std::vector<Piece> blocks;
-  for (std::size_t s = 0; s < campaign.stretches.size(); ++s) {
-    const Stretch& stretch = campaign.stretches[s];
-    const Smoothed& smoothed = fit.smoothed[s];
-    fit.event_scale[s].resize(stretch.size(), Vec3<double>::Ones());
-    for (std::size_t begin = 0, end = 0; begin < stretch.size(); begin = end) {
-      Vec3<double> square = Vec3<double>::Zero();
-      for (; end < stretch.size() && stretch.t_s[end] - stretch.t_s[begin] < block_s; ++end)
-        square += smoothed.state[end].segment<3>(kErrorStart).cwiseAbs2() +
-                  smoothed.covariance[end].diagonal().segment<3>(kErrorStart);
-      blocks.push_back({s, begin, end, square / static_cast<double>(end - begin)});
-    }
+  const std::vector<EventBlock> blocks = blocks_of_events(campaign);
+  for (std::size_t s = 0; s < campaign.stretches.size(); ++s)
+    fit.event_scale[s].resize(campaign.stretches[s].size(), Vec3<double>::Ones());
+  std::vector<Vec3<double>> mean_squares;
+  for (const EventBlock& block : blocks) {
+    const Smoothed& smoothed = fit.smoothed[block.stretch];
+    Vec3<double> square = Vec3<double>::Zero();
+    for (std::size_t k = block.begin; k < block.end; ++k)
+      square += smoothed.state[k].segment<3>(kErrorStart).cwiseAbs2() +
+                smoothed.covariance[k].diagonal().segment<3>(kErrorStart);
+    mean_squares.emplace_back(square / static_cast<double>(block.end - block.begin));
   }
   std::vector<double> squares(blocks.size());
-  for (int i = 0; i < 3; ++i) {
-    std::transform(blocks.begin(), blocks.end(), squares.begin(), [i](const Piece& b) { return b.mean_square[i]; });
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    std::ranges::transform(mean_squares, squares.begin(), [i](const Vec3<double>& square) { return square[i]; });
     const double usual = median(squares) / kPolicy.fit.median_square;
-    for (const Piece& block : blocks) {
-      const double ratio = block.mean_square[i] / usual;
-      const bool was_event = fit.event_scale[block.stretch][block.begin][i] > 1.0;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      std::vector<Vec3<double>>& scales = fit.event_scale[blocks[b].stretch];
+      const double ratio = mean_squares[b][i] / usual;
+      const bool was_event = scales[blocks[b].begin][i] > 1.0;
       const double scale = ratio > (was_event ? kPolicy.fit.still_event : kPolicy.fit.event) ? std::sqrt(ratio) : 1.0;
-      if (scale > 1.0) fit.log_prior_of_events -= std::log(static_cast<double>(kAxisNames.size() * blocks.size()));
-      for (std::size_t k = block.begin; k < block.end; ++k) fit.event_scale[block.stretch][k][i] = scale;
+      for (std::size_t k = blocks[b].begin; k < blocks[b].end; ++k) scales[k][i] = scale;
     }
   }
+  fit.log_prior_of_events = 0.0;
+  for (const Event& event : events_of(fit, campaign)) fit.log_prior_of_events += event.log_prior;
+}
+
+std::vector<Event> events_of(const FittedNull& fit, const Campaign& campaign) {
+  const std::vector<EventBlock> blocks = blocks_of_events(campaign);
+  const double begins = -std::log(static_cast<double>(kAxisNames.size() * blocks.size()));
+  std::vector<Event> events;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    bool goes_on = false;
+    for (const EventBlock& block : blocks) {
+      const std::vector<Vec3<double>>& scales = fit.event_scale[block.stretch];
+      const bool acts = !scales.empty() && scales[block.begin][axis] > 1.0;
+      if (acts && !(goes_on && events.back().stretch == block.stretch))
+        events.push_back({block.stretch, block.begin, block.end, axis, begins});
+      if (acts) {
+        events.back().end = block.end;
+        events.back().log_prior -= std::numbers::ln2;
+      }
+      goes_on = acts;
+    }
+  }
+  return events;
+}
+
+void leave_out(const Event& event, FittedNull& fit) {
+  for (std::size_t k = event.begin; k < event.end; ++k) fit.event_scale[event.stretch][k][event.axis] = 1.0;
+  fit.log_prior_of_events -= event.log_prior;
 }
 
 std::vector<std::shared_ptr<const Stretch>> without_outliers(FittedNull& fit) {

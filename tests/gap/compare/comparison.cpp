@@ -1,5 +1,6 @@
 #include "gap/compare/comparison.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string>
@@ -104,4 +105,26 @@ TEST_CASE("comparison: coefficients as stated may be another optimum, which is n
   CHECK(refined.log_evidence >= before);
   CHECK(refined.log_evidence == Approx(gap::log_evidence(refined.fit)));
   CHECK(refined.fit.scale <= 1.0);  // the file is right, and there is little water under the keel
+}
+
+TEST_CASE("comparison: a current that varies is expected to gain most where it acts, and nothing elsewhere",
+          "[gap][long]") {
+  const Ship stated = read_ship("vectwin-3m");
+  gap::FitOptions options;
+  options.jobs = 2;
+  for (const bool acts : {true, false}) {
+    CAPTURE(acts);
+    Ship truth = stated;
+    if (acts)
+      truth.effects.push_back(planted("varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 200.0}, {"seed", 3.0}}));
+    gap::Campaign campaign = gap::prepare(stated, test::recorded({"vectwin-3m", 11, 2, 200.0, 1.0, 0.5}, truth), {});
+    gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+    const auto gains = comparison.expected_gains(0);
+    const auto varies = std::ranges::find(gains, "varying-current", &gap::Comparison::ExpectedGain::effect);
+    REQUIRE(varies != gains.end());
+    if (acts)
+      CHECK(varies == gains.begin());
+    else
+      CHECK(varies->gain < 0.0);
+  }
 }

@@ -78,8 +78,8 @@ TEST_CASE("hypothesis: coordinates stand for parameters in the units of their pr
   CHECK_FALSE(bank.has_bare_direction());
   CHECK(bank.values(at({0.0, 1.0}))[0] == 4.0);
   CHECK(bank.values(at({0.0, 1.0}))[3] == Approx(0.01 * std::exp(0.8)));
-  for (const char* name : {"bank", "fender", "mooring", "tug"}) CHECK_FALSE(gap::EffectLibrary::holds(name));
-  for (const char* name : {"sheared-current", "anemometer", "rudder-stall"}) CHECK(gap::EffectLibrary::holds(name));
+  for (const char* name : {"bank", "fender", "mooring", "tug"}) CHECK_FALSE(is_screened(search_start(name)));
+  for (const char* name : {"sheared-current", "anemometer", "rudder-stall"}) CHECK(is_screened(search_start(name)));
 
   // At full scale the priors are others.
   CHECK(gap::FreeEffect("steady-current", read_ship("vectwin-150m")).values(at({1.0, 0.0}))[0] == Approx(0.3));

@@ -10,6 +10,7 @@
 #include "dynamics/observation_noise.hpp"
 #include "gap/detect/detect.hpp"
 #include "gap/filter/campaign.hpp"
+#include "gap/fit/events.hpp"
 #include "gap/locate/locate.hpp"
 #include "gap/sensors/channel_quality.hpp"
 #include "gap/simulated_campaign.hpp"
@@ -225,6 +226,30 @@ TEST_CASE("gap: a tug is located in time, in axis and along the ship", "[gap][lo
   REQUIRE(location.located.line_of_action);
   const gap::Estimate& x_F = *location.located.line_of_action;
   CHECK(std::abs(x_F.value - 1.0 / 3.0) < 3.0 * x_F.sd + 0.03);
+}
+
+TEST_CASE("gap: an event gains more than it costs, and where nothing acts there is none", "[gap][long]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const Ship pushed = with_effect(
+      ship, "tug", {{"force_N", 0.8}, {"direction_deg", 90.0}, {"x_m", 1.0}, {"t_start_s", 80.0}, {"t_end_s", 140.0}});
+  for (const Ship& truth : {ship, pushed}) {
+    const gap::Campaign campaign = gap::prepare(ship, zigzags(truth), {});
+    const gap::FittedNull fit = gap::fit_null(campaign, {});
+    const std::vector<gap::Event> events = gap::events_of(fit, campaign);
+    CHECK(events.empty() == truth.effects.empty());
+    CHECK((fit.log_prior_of_events < 0.0) == !events.empty());
+    for (const gap::Event& event : events) {
+      CAPTURE(event.stretch, event.begin, event.end, event.axis);
+      gap::FittedNull without = fit;
+      gap::leave_out(event, without);
+      without.total = gap::Evidence(fit.theta.size());
+      for (std::size_t s = 0; s < without.stretches.size(); ++s) {
+        without.stretches[s].event_scale = without.event_scale[s];
+        without.total += gap::evidence(without.stretches[s], without.noise);
+      }
+      CHECK(gap::log_evidence(without) < gap::log_evidence(fit));
+    }
+  }
 }
 
 TEST_CASE("gap: force residuals are the inertia matrix times the accelerations", "[gap]") {
