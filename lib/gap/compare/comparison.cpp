@@ -351,7 +351,7 @@ bool Comparison::is_another_effect(const Fitted& fitted) const {
 }
 
 bool Comparison::is_worth_a_name(const Fitted& with, const Fitted& without) const {
-  const Vec3<double> typical = none().fit.report.typical.cwiseMax(kPolicy.decide.least_typical);
+  const Vec3<double> typical = none().fit.report.typical;
   const Vec3<double> after = with.fit.noise.sigma_w.cwiseQuotient(typical),
                      before = without.fit.noise.sigma_w.cwiseQuotient(typical);
   const double taken = std::sqrt(std::max(0.0, (before.cwiseAbs2() - after.cwiseAbs2()).maxCoeff()));

@@ -11,12 +11,10 @@ std::size_t far_parameters(const NullFit& fit, const Policy& policy) {
       [&](const ParameterShift& shift) { return std::abs(shift.shift_sd) > policy.decide.far_parameter_sd; }));
 }
 
-double error_share(const NullFit& fit, const Policy& policy) {
-  return fit.sigma_w.cwiseQuotient(fit.typical.cwiseMax(policy.decide.least_typical)).maxCoeff();
-}
+double error_share(const NullFit& fit) { return fit.sigma_w.cwiseQuotient(fit.typical).maxCoeff(); }
 
 bool errs_grossly(const NullFit& fit, const Policy& policy) {
-  return errs_grossly(far_parameters(fit, policy), error_share(fit, policy), policy);
+  return errs_grossly(far_parameters(fit, policy), error_share(fit), policy);
 }
 
 std::vector<std::string> sensors_claimed(const Findings& findings) {
@@ -45,7 +43,7 @@ TestsFound tests_found(const Findings& findings, double intervals_p, const Polic
   found.intervals_p = intervals_p;
   found.heldout_gain = d.heldout_gain;
   found.heldout_gain_sd = d.heldout_gain_sd;
-  found.error_share = error_share(findings.fit, policy);
+  found.error_share = error_share(findings.fit);
   found.is_noise_free = findings.fit.is_noise_free;
   for (const Interval& interval : findings.located.intervals) {
     if (interval.is_untrained())

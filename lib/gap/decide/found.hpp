@@ -11,7 +11,7 @@ namespace leeway::gap {
 /// Parameters of a fit that lie beyond far_parameter_sd of what is stated.
 std::size_t far_parameters(const NullFit& fit, const Policy& policy = kPolicy);
 /// Model error by typical acceleration, on the worst axis.
-double error_share(const NullFit& fit, const Policy& policy = kPolicy);
+double error_share(const NullFit& fit);
 /// Whether parameters are so far off, and so much is left, that this may be another ship.
 bool errs_grossly(const NullFit& fit, const Policy& policy = kPolicy);
 

@@ -104,7 +104,8 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
   report.coefficient_scale = fit.scale;
   if (campaign.has_wind) report.wind_share = fit.noise.wind_share;
   if (fit.noise.one_receiver) report.receiver = {fit.noise.receiver_sd, fit.noise.receiver_tau_s};
-  report.typical = typical_acceleration(fit.stretches);
+  // In a straight run nothing is accelerated: that the simulator errs by as much says nothing there.
+  report.typical = typical_acceleration(fit.stretches).cwiseMax(reference_acceleration(campaign.ship));
   report.step_s = campaign.step_s;
   report.samples = fit.total.measurements;
   report.log_likelihood = marginal(fit.total, fit.theta, fit.prior_sd);

@@ -51,8 +51,8 @@ struct NullFit {
   Estimate actuator_lag;  ///< how much later than recorded the actuators moved, by the recordings' sampling time
   Vec3<double> sigma_w = Vec3<double>::Zero();     ///< sd of the model error (m/s^2, m/s^2, rad/s^2)
   Vec3<double> sigma_w_sd = Vec3<double>::Zero();  ///< its standard error
-  Vec3<double> typical = Vec3<double>::Zero();     ///< rms of the recorded accelerations, same units
-  double tau_s = 0.0;                              ///< correlation time of the model error
+  Vec3<double> typical = Vec3<double>::Zero();  ///< rms of the recorded accelerations, at least what is worth finding
+  double tau_s = 0.0;                           ///< correlation time of the model error
   std::optional<double> wind_share;       ///< sd of the recorded wind's error by its mean speed, where wind is recorded
   std::optional<ReceiverError> receiver;  ///< where positions and velocities err together
   std::vector<Estimate> noise;            ///< of one sample of the filter's grid: "u_mps", "r_degps", ...
