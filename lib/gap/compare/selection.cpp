@@ -281,15 +281,15 @@ class Selector {
   /// other forms of the ship's own forces do as well: where they leave as much it has to be surer.
   void find_kinds_beside(std::size_t i) {
     selection_.latent = latent_forces(campaign_, comparison_.all()[i].fit, options_.locate.jobs);
+    std::set<std::string> bare = name_set(hypothesis(i));
+    bare.erase(name_of_terms());
+    if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
     if (selection_.error < kPolicy.decide.error_of_forms)
       std::erase_if(selection_.latent, [&](const LatentForce& kind) {
         return kind.on == Dependence::states &&
                !is_rare(LatentFound{comparison_.log_odds_of({kind}), 0.0, findings_.tests},
                         surely_beside(options_.locate.false_alarm));
       });
-    std::set<std::string> bare = name_set(hypothesis(i));
-    bare.erase(name_of_terms());
-    if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
   }
 
   /// Kinds of what may be left beside what was chosen, with what intervals stand for.
