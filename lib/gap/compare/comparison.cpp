@@ -275,6 +275,7 @@ std::optional<Fitted> Comparison::better_none(Fitted none, const Fitted& other) 
   const double before = none.log_evidence;
   none.fit.noise = other.fit.noise;
   none.fit.event_scale = other.fit.event_scale;
+  none.fit.log_prior_of_events = other.fit.log_prior_of_events;
   const Eigen::Index coefficients = none.fit.theta.size() - 1;
   Eigen::VectorXd theta = none.fit.theta;
   theta.head(coefficients) = other.fit.theta.head(coefficients);
@@ -351,7 +352,7 @@ bool Comparison::is_another_effect(const Fitted& fitted) const {
 }
 
 bool Comparison::is_worth_a_name(const Fitted& with, const Fitted& without) const {
-  const Vec3<double> typical = none().fit.report.typical;
+  const Vec3<double>& typical = none().fit.report.typical;
   const Vec3<double> after = with.fit.noise.sigma_w.cwiseQuotient(typical),
                      before = without.fit.noise.sigma_w.cwiseQuotient(typical);
   const double taken = std::sqrt(std::max(0.0, (before.cwiseAbs2() - after.cwiseAbs2()).maxCoeff()));

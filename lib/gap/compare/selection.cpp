@@ -103,7 +103,7 @@ class Selector {
     if (options_.locate.progress) options_.locate.progress(done, note);
   }
   double error_of(const Vec3<double>& sigma_w, const std::vector<Interval>& intervals) const {
-    const Vec3<double> typical = findings_.fit.typical;
+    const Vec3<double>& typical = findings_.fit.typical;
     double error = sigma_w.cwiseQuotient(typical).maxCoeff();
     // Events are no part of sigma_w.
     for (const Interval& interval : intervals)

@@ -18,7 +18,7 @@ struct Event {
   double log_prior;  ///< to begin in this block and axis among all, and to go on from block to block as likely as not
 };
 std::vector<Event> events_of(const FittedNull& fit, const Campaign& campaign);
-/// Gives a block of an event the usual model error.
+/// Gives the blocks of an event the usual model error, and the prior without it.
 void leave_out(const Event& event, FittedNull& fit);
 
 /// Measurements that the others contradict. Judged by what all other measurements say, before and after: e of the
