@@ -113,8 +113,8 @@ Refit refit(const Campaign& campaign, const FittedNull& fit, const EffectLibrary
   const Eigen::Index p = fit.theta.size(), count = entry.count;
   const StepColumns columns = columns_of(fit, library, effect, jobs);
   const LevelProblem problem = problem_of(campaign, fit, columns, count, jobs);
-  Levels unit = fit.level_unit;
-  const Levels h = problem.minimize(levels_of(fit.noise), static_cast<int>(kPolicy.detect.level_iterations), unit);
+  LevelCurvature curvature = fit.level_curvature;
+  const Levels h = problem.minimize(levels_of(fit.noise), static_cast<int>(kPolicy.detect.level_iterations), curvature);
   const Projected at = project_at(problem, fit, h);
   const ScoreTest test = score_test(at.b, at.F);
   Refit result;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/linear_algebra.hpp"
+#include "gap/filter/noise_slope.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
@@ -182,12 +183,38 @@ template void Filter::predict<kFilterStates>(std::size_t k);
 template int Filter::take<kStates>(std::size_t k);
 template int Filter::take<kFilterStates>(std::size_t k);
 
+namespace {
+
+void make_room(Passage& passage, const LinearStretch& stretch, Eigen::Index columns) {
+  Eigen::Index measurements = 0;
+  for (const Vec6& y : stretch.data->measured) measurements += (y.array() == y.array()).count();
+  const std::size_t n = stretch.path.size();
+  passage.first_taken.assign(1, 0);
+  passage.taken.clear();
+  passage.innovations.resize(measurements);
+  passage.rows.resize(measurements, columns);
+  passage.mean.resize(n);
+  passage.covariance.resize(n);
+  passage.errors.resize(Passage::kDecaying * static_cast<Eigen::Index>(n), columns);
+}
+
+void keep(Passage& passage, const Filter& filter, std::size_t k) {
+  passage.first_taken.push_back(passage.taken.size());
+  passage.mean[k] = filter.mean;
+  passage.covariance[k] = filter.covariance;
+  const Eigen::Index first = Passage::kDecaying * static_cast<Eigen::Index>(k);
+  passage.errors.middleRows<3>(first) = filter.columns.middleRows<3>(kErrorStart);
+  passage.errors.middleRows<2>(first + 3) = filter.columns.middleRows<2>(kReceiverStart);
+}
+
 std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
-                                         Eigen::Index count, const MoreColumns& more, const MeasuredColumns& measured) {
+                                         Eigen::Index count, const MoreColumns& more, const MeasuredColumns& measured,
+                                         Passage* passage) {
   const Eigen::Index p = stretch.steps.front().G.cols(), columns = p + count + measured.count;
   const std::size_t n = stretch.path.size();
   std::vector<Evidence> blocks((n + block_points - 1) / block_points, Evidence(columns));
   Filter filter(stretch, noise, columns);
+  if (passage != nullptr) make_room(*passage, stretch, columns);
   // Rows are gathered, so that F grows by matrix products.
   constexpr Eigen::Index kRows = 96;
   ByRow<Eigen::Dynamic> rows(kRows, columns);
@@ -215,23 +242,42 @@ std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noi
       measured.of(k, measured_addition);
       filter.columns.topRightCorner(kShipStates, measured.count) += measured_addition;
     }
-    filter.update(k, [&](int, double z, const auto& row, double S) {
-      block.log_likelihood -= 0.5 * (z * z + std::log(2.0 * kPi * S));
+    filter.update(k, [&](const Filter::Taken& taken, const auto& row) {
+      block.log_likelihood -= 0.5 * (taken.z * taken.z + std::log(2.0 * kPi * taken.S));
       ++block.measurements;
       rows.row(filled) = row;
-      innovations[filled] = z;
+      innovations[filled] = taken.z;
+      if (passage != nullptr) {
+        const auto t = static_cast<Eigen::Index>(passage->taken.size());
+        passage->taken.push_back(taken);
+        passage->rows.row(t) = row;
+        passage->innovations[t] = taken.z;
+      }
       if (++filled == kRows) flush(block);
     });
     if (measured.count > 0) filter.columns.topRightCorner(kShipStates, measured.count) -= measured_addition;
+    if (passage != nullptr) keep(*passage, filter, k);
     if (k + 1 == n || (k + 1) % block_points == 0) flush(block);
   }
   for (Evidence& block : blocks) block.F.triangularView<Eigen::StrictlyUpper>() = block.F.transpose();
   return blocks;
 }
 
+}  // namespace
+
+std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
+                                         Eigen::Index count, const MoreColumns& more, const MeasuredColumns& measured) {
+  return evidence_by_blocks(stretch, noise, block_points, count, more, measured, nullptr);
+}
+
 Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count, const MoreColumns& more,
                   const MeasuredColumns& measured) {
-  return evidence_by_blocks(stretch, noise, stretch.path.size(), count, more, measured).front();
+  return evidence_by_blocks(stretch, noise, stretch.path.size(), count, more, measured, nullptr).front();
+}
+
+Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count, const MoreColumns& more,
+                  Passage& passage) {
+  return evidence_by_blocks(stretch, noise, stretch.path.size(), count, more, {}, &passage).front();
 }
 
 namespace {
@@ -281,7 +327,7 @@ Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::V
     }
     passed.predicted[k] = filter.mean;
     passed.predicted_covariance[k] = filter.covariance;
-    filter.update(k, [&](int i, double z, const auto&, double) { result.innovations[k][i] = z; });
+    filter.update(k, [&](const Filter::Taken& taken, const auto&) { result.innovations[k][taken.channel] = taken.z; });
     passed.filtered[k] = filter.mean;
     passed.filtered_covariance[k] = filter.covariance;
   }

@@ -153,28 +153,31 @@ class Filter {
 
   /// Goes from point k to k+1; the caller then adds its columns to the top six rows of `columns`.
   void predict(std::size_t k) { noise_.one_receiver ? predict<kFilterStates>(k) : predict<kStates>(k); }
-  /// Takes the measurements of point k one by one: innovation(channel, z, row, S), z with variance 1, S the variance
-  /// before, row = dz/dbeta with the sign that makes b = sum z row.
+  /// Takes the measurements of point k one by one: innovation(taken, row), row = dz/dbeta
+  /// with the sign that makes b = sum z row.
   template <typename Innovation>
   void update(std::size_t k, const Innovation& innovation) {
     const int count = noise_.one_receiver ? take<kFilterStates>(k) : take<kStates>(k);
-    for (int t = 0; t < count; ++t) innovation(taken_[t].channel, taken_[t].z, rows_.row(t), taken_[t].S);
+    for (int t = 0; t < count; ++t) innovation(taken_[t], rows_.row(t));
   }
 
   Vector mean;  ///< of dx and the receiver's error, given what was taken so far
   Matrix covariance;
   Columns columns;  ///< d mean/d beta
   Matrix transition(std::size_t k) const;
-
- private:
-  struct Taken {
-    int channel;
-    double z, S, per_root;
-    Vector gain;
-    Vec2<double> of_receiver;  // derivative of what is measured by the receiver's error
-  };
+  /// Of the acceleration error at point k: sd, and the stationary covariance beside them from step k.
   Vec3<double> sigma_w(std::size_t k) const;
   Mat3<double> spread(std::size_t k) const;
+
+  /// A measurement that update() took.
+  struct Taken {
+    int channel;
+    double z, S, per_root;     ///< innovation with variance 1; its variance before, and one by the root of that
+    Vector gain;               ///< of z
+    Vec2<double> of_receiver;  ///< derivative of what is measured by the receiver's error
+  };
+
+ private:
   // All below is with the states of a receiver's error (kFilterStates) or without (kStates).
   template <int states>
   void predict(std::size_t k);
@@ -203,6 +206,10 @@ struct MeasuredColumns {
 };
 Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count = 0,
                   const MoreColumns& more = nullptr, const MeasuredColumns& measured = {});
+/// The same without columns of sensors; what the way back of noise_slope() needs is kept in `passage`.
+struct Passage;
+Evidence evidence(const LinearStretch& stretch, const Noise& noise, Eigen::Index count, const MoreColumns& more,
+                  Passage& passage);
 /// The same by blocks of points; their sum is that of the stretch.
 std::vector<Evidence> evidence_by_blocks(const LinearStretch& stretch, const Noise& noise, std::size_t block_points,
                                          Eigen::Index count = 0, const MoreColumns& more = nullptr,

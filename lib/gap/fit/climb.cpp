@@ -61,7 +61,7 @@ void Climb::linearize_all(const std::vector<LinearStretch>& before) {
   judge_all();
 }
 
-bool Climb::until_converged(int most_iterations, Judged judged) {
+bool Climb::until_converged(int most_iterations, Judged judged, std::int64_t levels_from) {
   const bool judges = judged == Judged::all;
   double moved = 1.0, noise_moved = 1.0, damping = 0.0;
   bool looks_for_events = judged != Judged::nothing, has_needless_events = true;
@@ -86,11 +86,11 @@ bool Climb::until_converged(int most_iterations, Judged judged) {
         return distance < kPolicy.fit.far_sd;
     }
 
-    // Noise levels, once the path has been smoothed for the first time; later few steps, since parameters follow.
-    if ((!judges || iteration > 0) &&
+    // Noise levels, later few steps, since parameters follow.
+    if ((!judges || iteration >= levels_from) &&
         (noise_moved > kPolicy.fit.noise_converged || moved > kPolicy.fit.theta_nearly_converged)) {
       const Levels before = levels_of(fit_.noise);
-      fit_.noise = noise_of(levels().minimize(before, is_free ? 5 : 2, fit_.level_unit), fit_.noise);
+      fit_.noise = noise_of(levels().minimize(before, is_free ? 5 : 2, fit_.level_curvature), fit_.noise);
       noise_moved = (levels_of(fit_.noise) - before).cwiseAbs().maxCoeff();
       fit_.total = levels().total(fit_.noise);
     }
@@ -235,7 +235,7 @@ bool Climb::leave_out_needless_events() {
   double best = log_evidence(fit_);
   for (const Event& event : events) leave_out(event, fit_);
   take_events();
-  fit_.noise = noise_of(levels().minimize(levels_of(noise), 5, fit_.level_unit), noise);
+  fit_.noise = noise_of(levels().minimize(levels_of(noise), 5, fit_.level_curvature), noise);
   fit_.total = levels().total(fit_.noise);
   if (log_evidence(fit_) > best) return true;
   fit_.event_scale = found;

@@ -30,7 +30,9 @@ class Climb {
   void linearize_all(const std::vector<LinearStretch>& before);
   /// Continues until the steps converge or are too many; returns whether they converged.
   /// Outliers are judged on the way for nothing missing alone, so that hypotheses are compared on the same data.
-  bool until_converged(int most_iterations, Judged judged);
+  ///   levels_from  iteration in which noise levels move first, where outliers are judged: by default once the path has
+  ///                been smoothed for the first time
+  bool until_converged(int most_iterations, Judged judged, std::int64_t levels_from = 1);
   /// Judges the linearized stretches by the events that were found.
   void take_events();
   /// Leaves the stretches with the inputs as recorded, from which other fits begin.

@@ -2,57 +2,81 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
+#include "gap/filter/noise_slope.hpp"
 #include "gap/fit/minimizer.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
 namespace {
 
-// A LevelProblem as the minimizer sees it: steps of the free levels from `at`, in units in which the curvature is about
-// 1, since BFGS begins with the unit matrix.
+// A LevelProblem as the minimizer sees it: steps of the free levels from `at`, in coordinates in which the curvature is
+// about 1, since BFGS begins with the unit matrix. Each slope tells more about the curvature (the update of BFGS).
 class LevelCost {
  public:
-  LevelCost(const LevelProblem& problem, const Levels& at, const Levels& unit)
-      : problem_(problem), at_(at), unit_(unit) {}
+  ///   cost, slope  at `at`
+  LevelCost(const LevelProblem& problem, const Levels& at, const LevelCurvature& curvature, double cost,
+            const Levels& slope)
+      : problem_(problem),
+        at_(at),
+        curvature_(curvature),
+        count_(static_cast<Eigen::Index>(problem.free.size())),
+        last_(at),
+        last_slope_(slope),
+        last_cost_(cost) {
+    const Eigen::MatrixXd of_free = curvature(problem.free, problem.free);
+    root_ = Eigen::LLT<Eigen::MatrixXd>(of_free).matrixU().solve(Eigen::MatrixXd::Identity(count_, count_));
+  }
 
   Levels levels(const double* parameters) const {
     Levels h = at_;
-    for (std::size_t i = 0; i < problem_.free.size(); ++i)
-      h[problem_.free[i]] += unit_[problem_.free[i]] * parameters[i];
+    h(problem_.free) += root_ * Eigen::Map<const Eigen::VectorXd>(parameters, count_);
     return h;
   }
-  /// The units that the curvature at the last point suggests.
-  const Levels& next_unit() const { return next_unit_; }
+  /// As known after the last slope.
+  const LevelCurvature& curvature() const { return curvature_; }
 
   bool evaluate(const double* parameters, double* cost, double* gradient) const {
     const Levels h = levels(parameters);
     if (!h.allFinite() || (h - at_).cwiseAbs().maxCoeff() > kPolicy.fit.level_reach) return false;
-    std::vector<Levels> points{h};
-    if (gradient != nullptr)
-      for (const int i : problem_.free)
-        for (const double sign : {1.0, -1.0})
-          points.push_back(h + sign * kPolicy.fit.level_difference * Levels::Unit(i));
-    const std::vector<double> costs = problem_.costs(points);
-    if (!std::all_of(costs.begin(), costs.end(), [](double c) { return std::isfinite(c); })) return false;
-    *cost = costs[0];
-    if (gradient != nullptr)
-      for (std::size_t i = 0; i < problem_.free.size(); ++i) {
-        const int level = problem_.free[i];
-        gradient[i] = unit_[level] * (costs[1 + 2 * i] - costs[2 + 2 * i]) / (2.0 * kPolicy.fit.level_difference);
-        const double curvature = (costs[1 + 2 * i] + costs[2 + 2 * i] - 2.0 * costs[0]) /
-                                 (kPolicy.fit.level_difference * kPolicy.fit.level_difference);
-        next_unit_[level] = 1.0 / std::sqrt(std::clamp(curvature, 1.0, kPolicy.fit.most_level_curvature));
-      }
+    if (gradient == nullptr) {
+      *cost = problem_.costs({h}).front();
+      return std::isfinite(*cost);
+    }
+    if (h != last_) {
+      Levels slope;
+      last_cost_ = problem_.cost(h, slope);
+      if (!std::isfinite(last_cost_) || !slope.allFinite()) return false;
+      learn(h, slope);
+      last_ = h;
+      last_slope_ = slope;
+    }
+    *cost = last_cost_;
+    Eigen::Map<Eigen::VectorXd>(gradient, count_) = root_.transpose() * last_slope_(problem_.free);
     return true;
   }
 
  private:
+  void learn(const Levels& h, const Levels& slope) const {
+    Levels change = Levels::Zero();
+    change(problem_.free) = (slope - last_slope_)(problem_.free);
+    const Levels step = h - last_;
+    const double along = step.dot(change);
+    if (along <= 0.0 || change.squaredNorm() > kPolicy.fit.most_level_curvature * along) return;
+    const Levels expected = curvature_ * step;
+    curvature_ += change * change.transpose() / along - expected * expected.transpose() / step.dot(expected);
+  }
+
   const LevelProblem& problem_;
-  const Levels at_, unit_;
-  mutable Levels next_unit_ = Levels::Ones();
+  const Levels at_;
+  mutable LevelCurvature curvature_;
+  const Eigen::Index count_;
+  Eigen::MatrixXd root_;  // of the inverse curvature, among the free levels
+  mutable Levels last_, last_slope_;
+  mutable double last_cost_;
 };
 
 // Places of stretches with about `most_points` points that stand for all; of all where they have fewer.
@@ -99,6 +123,69 @@ Noise noise_of(const Levels& levels, const Noise& like) {
   return noise;
 }
 
+namespace {
+
+// Beyond these the noise stays what it is there.
+struct Bounds {
+  Levels low, high;
+};
+Bounds bounds_of(const Noise& like) {
+  Bounds bounds{Levels::Constant(-std::numeric_limits<double>::infinity()),
+                Levels::Constant(std::numeric_limits<double>::infinity())};
+  bounds.low.head<3>() = like.least_sigma_w.array().log();
+  bounds.low[kTauLevel] = std::log(like.least_tau_s);
+  bounds.high[kTauLevel] = std::log(like.longest_tau_s);
+  // Positions have one level; none is below its bound where both are.
+  bounds.low[kTauLevel + 1] = std::log(like.least_measurement_sd.head<2>().minCoeff());
+  bounds.low.segment<4>(kTauLevel + 2) = like.least_measurement_sd.tail<4>().array().log();
+  bounds.high[kReceiverLevel + 1] = std::log(like.least_tau_s);
+  return bounds;
+}
+
+Levels by_levels(const NoiseSlope& slope) {
+  Levels result;
+  result << slope.sigma_w, slope.tau, slope.measurement_sd.head<2>().sum(), slope.measurement_sd.tail<4>(),
+      slope.wind_share, slope.receiver_sd, slope.receiver_tau;
+  return result;
+}
+
+}  // namespace
+
+double LevelProblem::cost(const Levels& at, Levels& slope) const {
+  const std::vector<std::size_t> sample = sample_of(stretches, most_points);
+  const Noise noise = noise_of(at, like);
+  std::vector<Evidence> parts(sample.size());
+  std::vector<Passage> passages(sample.size());
+  parallel_for(sample.size(), jobs, [&](std::size_t i) {
+    parts[i] =
+        evidence(stretches[sample[i]], noise, extra.count, extra.of ? extra.of(sample[i]) : MoreColumns(), passages[i]);
+  });
+  Evidence total(theta.size());
+  for (const Evidence& part : parts) total += part;
+
+  const Eigen::VectorXd precision = prior_sd.array().square().inverse();
+  Eigen::MatrixXd M = total.F;
+  M.diagonal() += precision;
+  const Eigen::LLT<Eigen::MatrixXd> factor(M);
+  const Eigen::VectorXd mean = factor.solve(total.b - precision.cwiseProduct(theta));
+  const Eigen::MatrixXd root = factor.matrixU().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
+  std::vector<NoiseSlope> slopes(sample.size());
+  parallel_for(sample.size(), jobs,
+               [&](std::size_t i) { slopes[i] = noise_slope(stretches[sample[i]], noise, passages[i], mean, root); });
+  NoiseSlope sum;
+  for (const NoiseSlope& part : slopes) sum += part;
+  const Levels off = (at - prior_mean).cwiseQuotient(prior_sd_of_levels);
+  slope.setZero();
+  const Bounds bounds = bounds_of(like);
+  const Levels data = by_levels(sum);
+  for (const int i : free) {
+    const bool is_beyond =
+        at[i] < bounds.low[i] - kPolicy.fit.at_bound || at[i] > bounds.high[i] + kPolicy.fit.at_bound;
+    slope[i] = off[i] / prior_sd_of_levels[i] - (is_beyond ? 0.0 : data[i]);
+  }
+  return -marginal(total, theta, prior_sd) + 0.5 * off.squaredNorm();
+}
+
 std::vector<double> LevelProblem::costs(const std::vector<Levels>& points) const {
   const std::vector<std::size_t> sample = sample_of(stretches, most_points);
   const std::size_t n = sample.size();
@@ -128,30 +215,36 @@ Evidence LevelProblem::total(const Noise& noise) const {
   return sum;
 }
 
-Levels LevelProblem::minimize(const Levels& start, int most_iterations, Levels& unit) const {
-  std::vector<double> x(free.size(), 0.0);
-  const LevelCost cost(*this, start, unit);
+std::vector<int> LevelProblem::within_bounds(const Levels& at, const Levels& slope) const {
+  const Bounds bounds = bounds_of(like);
+  std::vector<int> result;
+  for (const int i : free)
+    if ((at[i] > bounds.low[i] + kPolicy.fit.at_bound || slope[i] < 0.0) &&
+        (at[i] < bounds.high[i] - kPolicy.fit.at_bound || slope[i] > 0.0))
+      result.push_back(i);
+  return result;
+}
+
+Levels LevelProblem::minimize(const Levels& start, int most_iterations, LevelCurvature& curvature) const {
+  Levels slope;
+  const double at_start = cost(start, slope);
+  LevelProblem problem = *this;
+  problem.free = within_bounds(start, slope);
+  if (problem.free.empty()) return start;
+  std::vector<double> x(problem.free.size(), 0.0);
+  const LevelCost cost(problem, start, curvature, at_start, slope);
   leeway::gap::minimize([&](const double* parameters, double* value,
                             double* gradient) { return cost.evaluate(parameters, value, gradient); },
                         x, {most_iterations, kPolicy.fit.level_gradient, kPolicy.fit.level_gain});
-  unit = cost.next_unit();
+  curvature = cost.curvature();
   return cost.levels(x.data());
 }
 
 double LevelProblem::gradient(const Levels& at) const {
-  const std::vector<double> x(free.size(), 0.0);
-  std::vector<double> slope(free.size());
-  double value = 0.0;
-  LevelCost(*this, at, Levels::Ones()).evaluate(x.data(), &value, slope.data());
+  Levels slope;
+  cost(at, slope);
   double largest = 0.0;
-  constexpr double above = 1.0 + kPolicy.fit.at_bound, below = 1.0 - kPolicy.fit.at_bound;
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const double level = std::exp(at[free[i]]);
-    const bool is_at_bound =
-        (free[i] == kTauLevel && (level < above * like.least_tau_s || level > below * like.longest_tau_s)) ||
-        (free[i] < 3 && level < above * like.least_sigma_w[free[i]]);
-    if (!is_at_bound) largest = std::max(largest, std::abs(slope[i]));
-  }
+  for (const int i : within_bounds(at, slope)) largest = std::max(largest, std::abs(slope[i]));
   return largest;
 }
 

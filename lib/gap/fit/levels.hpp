@@ -13,6 +13,7 @@ namespace leeway::gap {
 /// and tau of a receiver's error.
 inline constexpr int kLevels = 12, kTauLevel = 3, kWindLevel = 9, kReceiverLevel = 10;
 using Levels = Eigen::Matrix<double, kLevels, 1>;
+using LevelCurvature = Eigen::Matrix<double, kLevels, kLevels>;
 Levels levels_of(const Noise& noise);
 Noise noise_of(const Levels& levels, const Noise& like);
 
@@ -37,15 +38,19 @@ struct LevelProblem {
   std::size_t most_points =
       kPolicy.fit.points_for_levels;  ///< costs and their derivatives come from stretches with about this many points
 
-  /// -ln posterior at each point.
+  /// -ln posterior, and its slope by the free levels (zero by others).
+  double cost(const Levels& at, Levels& slope) const;
+  /// The same at each point, without slopes.
   std::vector<double> costs(const std::vector<Levels>& points) const;
   /// Sum of evidence() over the stretches, on several threads.
   Evidence total(const Noise& noise) const;
-  /// The best levels near `start`, by BFGS with central differences.
-  ///   unit  by level: a step over which the slope of the cost changes; renewed for the next time
-  Levels minimize(const Levels& start, int most_iterations, Levels& unit) const;
-  /// Largest derivative of the cost by a free level that is not at a bound.
+  /// The best levels near `start`, by BFGS.
+  ///   curvature  of the cost, as known so far; renewed for the next time
+  Levels minimize(const Levels& start, int most_iterations, LevelCurvature& curvature) const;
+  /// Largest derivative of the cost by a free level that is not held by a bound.
   double gradient(const Levels& at) const;
+  /// The free levels that `slope` does not hold at a bound.
+  std::vector<int> within_bounds(const Levels& at, const Levels& slope) const;
 };
 
 }  // namespace leeway::gap

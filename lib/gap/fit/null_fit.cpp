@@ -173,9 +173,10 @@ std::optional<Noise> with_one_receiver(const Campaign& campaign, const Climb& cl
   const double before = problem.costs({now}).front();
   problem.like.one_receiver = true;
   problem.free.insert(problem.free.end(), {kReceiverLevel, kReceiverLevel + 1});
-  Levels start = now, unit = Levels::Ones();
+  Levels start = now;
+  LevelCurvature curvature = LevelCurvature::Identity();
   start.head<2>().array() -= std::log(kPolicy.fit.less_error_with_receiver);
-  const Levels best = problem.minimize(start, static_cast<int>(kPolicy.fit.receiver_steps), unit);
+  const Levels best = problem.minimize(start, static_cast<int>(kPolicy.fit.receiver_steps), curvature);
   if (problem.costs({best}).front() >= before) return std::nullopt;
   return noise_of(best, problem.like);
 }
@@ -225,7 +226,9 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
   if (near_by) {
     fit.prior_sd = near_by->prior_sd;
     fit.scale = near_by->scale;
-    fit.report.converged = climb.until_converged(options.most_iterations / 2, Judged::all);
+    // Outliers are judged by its noise: levels that moved first would hide them.
+    fit.report.converged =
+        climb.until_converged(options.most_iterations / 2, Judged::all, kPolicy.fit.outliers_at.front() + 1);
   }
   if (!fit.report.converged) fit_from_stated(climb, options, fit);
   fit_receiver(campaign, options, climb, fit);

@@ -20,7 +20,8 @@ struct FittedNull {
   Evidence total;                                      ///< about theta, at the end
   Eigen::VectorXd prior_sd;                            ///< of theta, at the likeliest common scale of the coefficients
   double scale = 1.0;  ///< that one: by which the coefficients are more uncertain than stated
-  Levels level_prior_mean, level_prior_sd, level_unit = Levels::Ones();
+  Levels level_prior_mean, level_prior_sd;
+  LevelCurvature level_curvature = LevelCurvature::Identity();
   NullFit report;
 };
 

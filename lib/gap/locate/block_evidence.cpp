@@ -98,12 +98,12 @@ class BlockFilter {
 
   // What the measurements of a point say.
   void take(std::size_t k, std::size_t block, Part& part) {
-    filter_.update(k, [&](int, double z, const auto& row, double) {
+    filter_.update(k, [&](const Filter::Taken& taken, const auto& row) {
       const std::size_t oldest = block + 1 >= kActiveBlocks ? block + 1 - kActiveBlocks : 0;
       for (std::size_t i = oldest; i <= block; ++i) {
         const auto row_i = row.segment(slot(i), kinds_);
         const Eigen::Index at = static_cast<Eigen::Index>(i) * kinds_;
-        part.b.segment(at, kinds_) += z * row_i.transpose();
+        part.b.segment(at, kinds_) += taken.z * row_i.transpose();
         part.cross.middleCols(at, kinds_).noalias() += row.head(p_).transpose() * row_i;
         for (std::size_t j = oldest; j <= i; ++j)
           part.F.block(at, static_cast<Eigen::Index>(j) * kinds_, kinds_, kinds_).noalias() +=

@@ -85,7 +85,6 @@ struct FitPolicy {
   double least_gain = 0.01;  ///< [nats] of the log posterior by a step | origin: choice
   double measurable_gain = 0.1;  ///< [nats] of expected gain by which steps are judged | origin: choice
   double nearer = 0.8;  ///< [-] or so much nearer to where the slope vanishes | origin: choice
-  double level_difference = 0.02;  ///< [ln] for derivatives by noise levels | origin: choice
   double least_error = 0.005;  ///< [-] of the typical acceleration: steps, means and inputs are no better | origin: choice
   double event_block_s = 10.0;  ///< [s] at 3 m, times sqrt(L): blocks in which something may act | origin: choice
   double event = 16.0;  ///< [-] mean square of the model error in a block by the usual one: an event | origin: choice

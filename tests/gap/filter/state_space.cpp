@@ -49,9 +49,9 @@ TEST_CASE("filter: a ship that does not keep her course leaves covariances what 
       const Eigen::Matrix<double, 6, 6> A = filter.transition(k - 1).topLeftCorner<6, 6>();
       fastest = std::max(fastest, A.eigenvalues().cwiseAbs().maxCoeff());
     }
-    filter.update(k, [](int, double z, const auto&, double S) {
-      REQUIRE(S > 0.0);
-      REQUIRE(std::isfinite(z));
+    filter.update(k, [](const gap::Filter::Taken& taken, const auto&) {
+      REQUIRE(taken.S > 0.0);
+      REQUIRE(std::isfinite(taken.z));
     });
   }
   CHECK(fastest > 1.1);  // a step of the grid
