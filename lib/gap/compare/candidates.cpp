@@ -1,6 +1,7 @@
 #include "gap/compare/candidates.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -30,23 +31,70 @@ std::vector<Candidate> candidates_with(const Campaign& campaign, const std::stri
   }
 }
 
+namespace {
+
+// Coordinates of the effect at `place` of a set, after the step from where it is tried.
+Eigen::VectorXd coordinates_at(const EffectScreen& screen, const std::vector<std::size_t>& set, std::size_t place) {
+  const Start start = screen.start(set);
+  Eigen::Index first = start.theta.size() - 1;  // the last one is the timing
+  for (std::size_t i = set.size(); i-- > place;) first -= screen.candidates()[set[i]].effects.front().size();
+  return start.theta.segment(first, screen.candidates()[set[place]].effects.front().size());
+}
+
+}  // namespace
+
 std::vector<std::vector<std::size_t>> sets_of(const EffectScreen& screen, std::size_t begin, std::size_t end,
                                               bool is_of_one_recording) {
   std::vector<std::vector<std::size_t>> sets;
-  std::map<std::size_t, std::pair<double, std::size_t>> best_in;
+  std::map<std::size_t, std::vector<std::size_t>> by_recording;
   for (std::size_t c = begin; c < end; ++c) {
     const auto& recording = screen.candidates()[c].effects.front().recording();
-    if (!recording || is_of_one_recording) {
+    if (!recording || is_of_one_recording)
       sets.push_back({c});
-      continue;
-    }
-    const double evidence = screen.log_evidence({c});
-    const auto [place, is_new] = best_in.try_emplace(*recording, evidence, c);
-    if (!is_new && evidence > place->second.first) place->second = {evidence, c};
+    else
+      by_recording[*recording].push_back(c);
   }
-  if (best_in.empty()) return sets;
-  sets.emplace_back();
-  for (const auto& [recording, best] : best_in) sets.back().push_back(best.second);
+  if (by_recording.empty()) return sets;
+  // The best of each alone, then beside those of the others: as long as those are missing, coefficients take their
+  // part.
+  std::vector<std::size_t> together;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const auto& [recording, candidates] : by_recording)
+    together.push_back(
+        *std::ranges::max_element(candidates, {}, [&](std::size_t c) { return screen.log_evidence({c}); }));
+  for (bool is_better = true; is_better;) {
+    is_better = false;
+    std::size_t place = 0;
+    for (const auto& [recording, candidates] : by_recording) {
+      std::vector<std::size_t> tried = together;
+      for (const std::size_t c : candidates) {
+        tried[place] = c;
+        if (const double evidence = screen.log_evidence(tried); evidence > most) {
+          is_better = true;
+          most = evidence;
+          together[place] = c;
+        }
+      }
+      ++place;
+    }
+  }
+  sets.push_back(together);
+  // And with the opposite direction in one recording: what a step is from zero says little there of which it is.
+  std::size_t place = 0;
+  for (const auto& [recording, candidates] : by_recording) {
+    const Eigen::VectorXd here = coordinates_at(screen, together, place);
+    std::vector<std::size_t> tried = together, opposite;
+    double best = -std::numeric_limits<double>::infinity();
+    for (const std::size_t c : candidates) {
+      tried[place] = c;
+      const double evidence = screen.log_evidence(tried);
+      if (evidence <= best || coordinates_at(screen, tried, place).dot(here) >= 0.0) continue;
+      best = evidence;
+      opposite = tried;
+    }
+    if (!opposite.empty()) sets.push_back(std::move(opposite));
+    ++place;
+  }
   return sets;
 }
 

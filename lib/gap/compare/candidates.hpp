@@ -14,7 +14,8 @@ std::vector<Candidate> candidates_with(const Campaign& campaign, const std::stri
                                        const FreeEffect::Choice& chosen);
 
 /// What is tried of the candidates [begin, end), which belong to one effect: each that acts everywhere, and of those
-/// that act in one recording alone the best of each, together.
+/// that act in one recording alone one of each, which together are likeliest, and the same with the opposite direction
+/// in one recording.
 std::vector<std::vector<std::size_t>> sets_of(const EffectScreen& screen, std::size_t begin, std::size_t end,
                                               bool is_of_one_recording);
 
