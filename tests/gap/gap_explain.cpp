@@ -351,16 +351,20 @@ TEST_CASE("next maneuver: limits of area, rudder, time and depth hold in what is
 }
 
 TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][slow]") {
+  // Of zigzags alone, and of four kinds of maneuvers, in one of which a linear step prefers the opposite wind.
+  const bool are_zigzags = GENERATE(true, false);
+  CAPTURE(are_zigzags);
   std::vector<Trajectory> recordings, none;
   const std::pair<double, double> winds[] = {{2.5, 30.0}, {1.5, 200.0}, {3.0, 300.0}, {2.0, 120.0}};
   for (std::uint64_t i = 0; i < std::size(winds); ++i) {
     Ship truth = test::perturbed_ship("vectwin-3m", 0.05, 7);
     truth.effects.push_back(
         effect("unmeasured-wind", {{"wind_speed_mps", winds[i].first}, {"wind_dir_deg", winds[i].second}}));
-    for (Trajectory& recording : test::recorded({"vectwin-3m", 20 + i, 1, 200.0, 1.0, 0.0}, truth)) {
-      recording.name = recording.file = "run" + std::to_string(i);
-      recordings.push_back(std::move(recording));
-    }
+    std::vector<Trajectory> runs =
+        test::recorded({"vectwin-3m", 20 + i, are_zigzags ? 1U : 4U, 200.0, 1.0, 0.0}, truth);
+    Trajectory& recording = runs[are_zigzags ? 0 : i];
+    recording.name = recording.file = "run" + std::to_string(i);
+    recordings.push_back(std::move(recording));
   }
   const gap::Explanation explanation = gap::gap_explain(read_ship("vectwin-3m"), recordings, none, two_jobs());
   CHECK(explanation.chosen == std::vector<std::string>{"unmeasured-wind"});
