@@ -163,11 +163,14 @@ void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
 
 namespace {
 
+bool is_as_fast_as_allowed(const Noise& noise) {
+  return noise.tau_s < (1.0 + kPolicy.fit.at_bound) * noise.least_tau_s;
+}
+
 // Levels at which the recordings are likelier if positions and velocities err together: by one receiver, or one derived
 // from the other. A model error that changes as fast as is allowed is noise of the sensors, in part at least.
 std::optional<Noise> with_one_receiver(const Campaign& campaign, const Climb& climb, const FittedNull& fit) {
-  const bool is_fast = fit.noise.tau_s < (1.0 + kPolicy.fit.at_bound) * fit.noise.least_tau_s;
-  if (fit.noise.one_receiver || !is_fast || !campaign.has_position) return std::nullopt;
+  if (fit.noise.one_receiver || !is_as_fast_as_allowed(fit.noise) || !campaign.has_position) return std::nullopt;
   LevelProblem problem = climb.levels();
   const Levels now = levels_of(fit.noise);
   const double before = problem.costs({now}).front();
@@ -181,20 +184,38 @@ std::optional<Noise> with_one_receiver(const Campaign& campaign, const Climb& cl
   return noise_of(best, problem.like);
 }
 
-// The fit with that error, from there on; the same without it where that is not likelier in the end.
-void fit_receiver(const Campaign& campaign, const FitOptions& options, const Climb& climb, FittedNull& fit) {
-  const std::optional<Noise> noise = with_one_receiver(campaign, climb, fit);
-  if (!noise) return finish(campaign, climb, options.jobs, true, fit);
-  FittedNull other = fit;
-  other.noise = *noise;
+// Continues from other levels of the noise. Outliers stay what they are, so that likelihoods compare.
+FittedNull continued(const Campaign& campaign, const FitOptions& options, FittedNull fit, Judged judged) {
   const Hypothesis nothing;
-  Climb again(campaign, other, nothing, options, true);
-  other.report.converged = again.until_converged(options.most_iterations, Judged::all);
-  take(file_evidence(other.total, other.theta, widths_by_scale(other.parameters, other.effects)).likeliest, other);
-  other.report.converged &= again.until_converged(options.most_iterations / 2, Judged::nothing);
-  if (log_evidence(other) < log_evidence(fit)) return finish(campaign, climb, options.jobs, true, fit);
-  finish(campaign, again, options.jobs, true, other);
-  fit = std::move(other);
+  Climb climb(campaign, fit, nothing, options, true);
+  fit.report.converged = climb.until_converged(options.most_iterations, judged);
+  take(file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest, fit);
+  fit.report.converged &= climb.until_converged(options.most_iterations / 2, Judged::nothing);
+  return fit;
+}
+
+// With a receiver's error there are two optima: a model error that changes as fast as is allowed beside a small one of
+// the receiver, and a slow one beside a large one. The likelier.
+void take_likelier_optimum(const Campaign& campaign, const FitOptions& options, FittedNull& fit) {
+  FittedNull start = fit;
+  const bool is_fast = is_as_fast_as_allowed(fit.noise);
+  start.noise.tau_s = is_fast ? std::sqrt(fit.noise.least_tau_s * fit.noise.longest_tau_s) : fit.noise.least_tau_s;
+  start.noise.sigma_w.head<2>() *=
+      is_fast ? 1.0 / kPolicy.fit.less_error_with_receiver : kPolicy.fit.less_error_with_receiver;
+  start.level_curvature.setIdentity();
+  FittedNull other = continued(campaign, options, std::move(start), Judged::events);
+  if (other.report.converged && log_evidence(other) > log_evidence(fit)) fit = std::move(other);
+}
+
+// The fit with a receiver's error, where the recordings are likelier so.
+void fit_receiver(const Campaign& campaign, const FitOptions& options, const Climb& climb, FittedNull& fit) {
+  if (const std::optional<Noise> noise = with_one_receiver(campaign, climb, fit)) {
+    FittedNull start = fit;
+    start.noise = *noise;
+    FittedNull other = continued(campaign, options, std::move(start), Judged::all);
+    if (log_evidence(other) >= log_evidence(fit)) fit = std::move(other);
+  }
+  if (fit.noise.one_receiver) take_likelier_optimum(campaign, options, fit);
 }
 
 }  // namespace
@@ -232,6 +253,8 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
   }
   if (!fit.report.converged) fit_from_stated(climb, options, fit);
   fit_receiver(campaign, options, climb, fit);
+  const Climb there(campaign, fit, nothing, options, true);
+  finish(campaign, there, options.jobs, true, fit);
   return fit;
 }
 

@@ -28,7 +28,8 @@ TEST_CASE("policy: no other file of lib/gap names a number of its own", "[gap][p
                                       "kWindStart", "kReceiverLevel",     "kWidth",
                                       "kRows",      "kDirections",        "kToDegrees",
                                       "kPerSi",     "kDirectionUnit_deg", "kFaultParameterCount",
-                                      "kGroups",    "kEvenMotions"};
+                                      "kGroups",    "kEvenMotions",       "kChunk",
+                                      "kDecaying"};
   const std::regex statement(R"(constexpr[^;()]*?\bk[A-Z]\w*[^;]*;)"),
       number(R"(\b(k[A-Z]\w*)\s*(=\s*\{*|\{+)\s*[-+]?\.?[0-9])");
   std::size_t files = 0;
