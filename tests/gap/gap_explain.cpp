@@ -351,7 +351,7 @@ TEST_CASE("next maneuver: limits of area, rudder, time and depth hold in what is
 }
 
 TEST_CASE("gap-explain: a wind that nobody recorded is another one in each recording", "[gap][slow]") {
-  // Of zigzags alone, and of four kinds of maneuvers, in one of which a linear step prefers the opposite wind.
+  // Of zigzags alone, and of four kinds of maneuvers.
   const bool are_zigzags = GENERATE(true, false);
   CAPTURE(are_zigzags);
   std::vector<Trajectory> recordings, none;
