@@ -53,7 +53,7 @@ std::vector<std::size_t> likeliest_together(const EffectScreen& screen, const By
       for (const std::size_t c : candidates) {
         tried[place] = c;
         const double evidence = screen.log_evidence(tried);
-        if (evidence <= most) continue;
+        if (!(evidence > most)) continue;
         most = evidence;
         together = tried;
         is_better = true;
@@ -81,7 +81,7 @@ std::vector<std::size_t> with_opposite(const EffectScreen& screen, const std::ve
   for (const std::size_t c : candidates) {
     tried[place] = c;
     const double evidence = screen.log_evidence(tried);
-    if (evidence <= best || coordinates_at(screen, tried, place).dot(here) >= 0.0) continue;
+    if (!(evidence > best) || coordinates_at(screen, tried, place).dot(here) >= 0.0) continue;
     best = evidence;
     opposite = tried;
   }

@@ -16,7 +16,7 @@ class WayBack {
   using Square = Eigen::Matrix<double, states, states>;
   using Wide = ByRow<states>;
   static constexpr int kDecaying = states == kStates ? 3 : Passage::kDecaying;
-  static constexpr std::size_t kChunk = 128;
+  static constexpr std::size_t kChunk = 128;  // points whose products with `root` are made at a time
 
   WayBack(const LinearStretch& stretch, const Noise& noise, const Passage& passage, const Eigen::VectorXd& mean,
           const Eigen::MatrixXd& root)
@@ -35,8 +35,8 @@ class WayBack {
       for (std::size_t t = passage_.first_taken[k + 1]; t-- > passage_.first_taken[k];) take_back(t);
       by_covariance_ = W_ * W_.transpose() - N_;
       if (k == 0) break;
-      add_step(k - 1);
       const Square A = filter_.transition(k - 1).template topLeftCorner<states, states>();
+      add_step(k - 1, A);
       const Wide before = W_;
       W_.noalias() = A.transpose().lazyProduct(before);
       N_ = (A.transpose() * N_ * A).eval();
@@ -84,9 +84,7 @@ class WayBack {
   }
 
   // By what moves the errors from point k to the next, and by what is added to them there.
-  void add_step(std::size_t k) {
-    const Filter::Matrix whole = filter_.transition(k);
-    const auto A = whole.topLeftCorner<states, states>();
+  void add_step(std::size_t k, const Square& A) {
     const auto P = passage_.covariance[k].topLeftCorner<states, states>();
     // d ln p / dA = E[r m'] + (E[r r'] - N) A P, by columns of what decays; m with the path, which decays as well.
     auto m = errors_.middleRows(Passage::kDecaying * static_cast<Eigen::Index>(k - first_step_), kDecaying);
@@ -101,7 +99,7 @@ class WayBack {
     const double dt = stretch_.data->dt_s(k), kept = A(kErrorStart, kErrorStart),
                  per_tau = kept * dt / noise_.tau_s;  // d kept / d ln tau
     const Vec3<double> sigma = filter_.sigma_w(k + 1);
-    Mat3<double> stationary = filter_.spread(k);
+    const Mat3<double> stationary = filter_.spread(k);
     double by_kept = 0.0;
     for (int i = 0; i < 3; ++i) {
       const int state = kErrorStart + i;

@@ -89,17 +89,26 @@ std::vector<std::size_t> sample_of(const std::vector<LinearStretch>& stretches, 
   return sample;
 }
 
+// The step of theta that an evidence around theta and the prior ask for: Gaussian, of this precision, with its mean
+// where precision * mean = slope.
+struct Posterior {
+  Eigen::LLT<Eigen::MatrixXd> precision;
+  Eigen::VectorXd slope;
+};
+Posterior posterior_of(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
+  const Eigen::VectorXd of_prior = prior_sd.array().square().inverse();
+  Eigen::MatrixXd M = evidence.F;
+  M.diagonal() += of_prior;
+  return {Eigen::LLT<Eigen::MatrixXd>(M), evidence.b - of_prior.cwiseProduct(theta)};
+}
+
 }  // namespace
 
 double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
-  const Eigen::VectorXd precision = prior_sd.array().square().inverse();
-  const Eigen::VectorXd g = evidence.b - precision.cwiseProduct(theta);
-  Eigen::MatrixXd M = evidence.F;
-  M.diagonal() += precision;
-  const Eigen::LLT<Eigen::MatrixXd> factor(M);
-  const double log_det = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
-  return evidence.log_likelihood - 0.5 * theta.dot(precision.cwiseProduct(theta)) + 0.5 * g.dot(factor.solve(g)) -
-         0.5 * log_det - prior_sd.array().log().sum();
+  const Posterior step = posterior_of(evidence, theta, prior_sd);
+  const double log_det = 2.0 * step.precision.matrixLLT().diagonal().array().log().sum();
+  return evidence.log_likelihood - 0.5 * theta.dot(prior_sd.array().square().inverse().matrix().cwiseProduct(theta)) +
+         0.5 * step.slope.dot(step.precision.solve(step.slope)) - 0.5 * log_det - prior_sd.array().log().sum();
 }
 
 Levels levels_of(const Noise& noise) {
@@ -149,6 +158,17 @@ Levels by_levels(const NoiseSlope& slope) {
   return result;
 }
 
+// The free levels that the slope of the cost does not hold at a bound.
+std::vector<int> within_bounds(const LevelProblem& problem, const Levels& at, const Levels& slope) {
+  const Bounds bounds = bounds_of(problem.like);
+  std::vector<int> result;
+  for (const int i : problem.free)
+    if ((at[i] > bounds.low[i] + kPolicy.fit.at_bound || slope[i] < 0.0) &&
+        (at[i] < bounds.high[i] - kPolicy.fit.at_bound || slope[i] > 0.0))
+      result.push_back(i);
+  return result;
+}
+
 }  // namespace
 
 double LevelProblem::cost(const Levels& at, Levels& slope) const {
@@ -163,12 +183,9 @@ double LevelProblem::cost(const Levels& at, Levels& slope) const {
   Evidence total(theta.size());
   for (const Evidence& part : parts) total += part;
 
-  const Eigen::VectorXd precision = prior_sd.array().square().inverse();
-  Eigen::MatrixXd M = total.F;
-  M.diagonal() += precision;
-  const Eigen::LLT<Eigen::MatrixXd> factor(M);
-  const Eigen::VectorXd mean = factor.solve(total.b - precision.cwiseProduct(theta));
-  const Eigen::MatrixXd root = factor.matrixU().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
+  const Posterior step = posterior_of(total, theta, prior_sd);
+  const Eigen::VectorXd mean = step.precision.solve(step.slope);
+  const Eigen::MatrixXd root = step.precision.matrixU().solve(Eigen::MatrixXd::Identity(mean.size(), mean.size()));
   std::vector<NoiseSlope> slopes(sample.size());
   parallel_for(sample.size(), jobs,
                [&](std::size_t i) { slopes[i] = noise_slope(stretches[sample[i]], noise, passages[i], mean, root); });
@@ -215,22 +232,12 @@ Evidence LevelProblem::total(const Noise& noise) const {
   return sum;
 }
 
-std::vector<int> LevelProblem::within_bounds(const Levels& at, const Levels& slope) const {
-  const Bounds bounds = bounds_of(like);
-  std::vector<int> result;
-  for (const int i : free)
-    if ((at[i] > bounds.low[i] + kPolicy.fit.at_bound || slope[i] < 0.0) &&
-        (at[i] < bounds.high[i] - kPolicy.fit.at_bound || slope[i] > 0.0))
-      result.push_back(i);
-  return result;
-}
-
 Levels LevelProblem::minimize(const Levels& start, int most_iterations, LevelCurvature& curvature) const {
   Levels slope;
   const double at_start = cost(start, slope);
   LevelProblem problem = *this;
-  problem.free = within_bounds(start, slope);
-  if (problem.free.empty()) return start;
+  problem.free = within_bounds(*this, start, slope);
+  if (problem.free.empty() || !std::isfinite(at_start) || !slope.allFinite()) return start;
   std::vector<double> x(problem.free.size(), 0.0);
   const LevelCost cost(problem, start, curvature, at_start, slope);
   leeway::gap::minimize([&](const double* parameters, double* value,
@@ -244,7 +251,7 @@ double LevelProblem::gradient(const Levels& at) const {
   Levels slope;
   cost(at, slope);
   double largest = 0.0;
-  for (const int i : within_bounds(at, slope)) largest = std::max(largest, std::abs(slope[i]));
+  for (const int i : within_bounds(*this, at, slope)) largest = std::max(largest, std::abs(slope[i]));
   return largest;
 }
 

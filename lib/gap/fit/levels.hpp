@@ -49,8 +49,6 @@ struct LevelProblem {
   Levels minimize(const Levels& start, int most_iterations, LevelCurvature& curvature) const;
   /// Largest derivative of the cost by a free level that is not held by a bound.
   double gradient(const Levels& at) const;
-  /// The free levels that `slope` does not hold at a bound.
-  std::vector<int> within_bounds(const Levels& at, const Levels& slope) const;
 };
 
 }  // namespace leeway::gap

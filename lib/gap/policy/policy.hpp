@@ -74,7 +74,7 @@ struct FitPolicy {
   double level_gain = 1e-9;  ///< [-] relative gain at which it ends | origin: choice, rounding
   double at_bound = 0.01;  ///< [-] nearer to a bound, a level counts as at it | origin: choice
   double least_level_curvature = 0.1;  ///< [1/ln^2] of the cost, for the standard error of a level | origin: choice, wide
-  double most_level_curvature = 1e6;  ///< [1/ln^2] the same for the unit of the next search | origin: choice, rounding
+  double most_level_curvature = 1e6;  ///< [1/ln^2] more than that a change of the slope is not taken for curvature: it is a bound | origin: choice, rounding
   std::size_t points_for_levels = 4000;  ///< [points] of a sample of stretches, by which levels are found | origin: choice, time
   double largest_step = 0.3;  ///< [ln] of a coefficient in one iteration | origin: choice
   double largest_timing_step = 3.0;  ///< [tenths of the sampling time] of the timing | origin: choice

@@ -1,13 +1,10 @@
 #include "gap/fit/levels.hpp"
 
-#include <cmath>
 #include <memory>
 #include <vector>
 
 #include <catch2/catch.hpp>
-#include <fmt/format.h>
 
-#include "core/units.hpp"
 #include "gap/simulated_campaign.hpp"
 
 using namespace leeway;
@@ -86,6 +83,5 @@ TEST_CASE("noise levels: the slope of their cost agrees with central differences
       const std::vector<double> costs = problem.costs({at + h * gap::Levels::Unit(i), at - h * gap::Levels::Unit(i)});
       CHECK(slope[i] == Approx((costs[0] - costs[1]) / (2.0 * h)).epsilon(1e-5).margin(1e-4));
     }
-    CHECK(slope.cwiseAbs().minCoeff() < slope.cwiseAbs().maxCoeff());
   }
 }
