@@ -34,7 +34,8 @@ CoefficientLaw coefficient_law(const Ship& ship) {
   CoefficientLaw law;
   const std::vector<Coefficient> known = Model<double>(ship).coefficients();
   for (const Coefficient& coefficient : known)
-    law.coefficients.push_back({coefficient.name, coefficient.log_sd, false, false, coefficient.value});
+    law.coefficients.push_back(
+        {coefficient.name, coefficient.log_sd, false, false, coefficient.value, coefficient.is_form});
   const auto state = [&](Eigen::Index i, double sd) -> UncertainCoefficient& {
     UncertainCoefficient& coefficient = law.coefficients[static_cast<std::size_t>(i)];
     coefficient.sd = sd;

@@ -21,6 +21,7 @@ struct UncertainCoefficient {
   bool is_stated = false;                      ///< by the ship's file; else the default of its module
   bool is_absolute = false;                    ///< theta is a difference in the coefficient's own unit
   std::optional<double> value = std::nullopt;  ///< of the coefficient as the ship has it; nothing of a group
+  bool is_form = false;                        ///< a term of another form of the same force
 };
 
 /// What theta does to it.

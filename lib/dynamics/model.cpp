@@ -72,7 +72,7 @@ std::vector<Coefficient> Model<T>::coefficients() const {
   for_each_coefficient(
       copy.inertia, copy.modules,
       [&]<typename S>(const std::string& name, double log_sd, std::string_view reference, const S& scale) {
-        Coefficient coefficient{name, log_sd, reference, std::nullopt, MovesBy<S, T>};
+        Coefficient coefficient{name, log_sd, reference, std::nullopt, MovesBy<S, T>, kIsFormTerm<S>};
         if constexpr (std::is_same_v<T, double> && TellsValue<S>) coefficient.value = scale.value();
         result.push_back(coefficient);
       });

@@ -23,6 +23,7 @@ struct Coefficient {
   std::string_view reference;
   std::optional<double> value;  ///< as the model has it; nothing of a group
   bool can_move = false;        ///< a single number, which a difference can change
+  bool is_form = false;         ///< a term of another form of the same force: forces/coefficient_list.hpp
 };
 
 /// A ship: mass, force modules and effects. T is double, or an autodiff scalar for derivatives by state, actuators or,

@@ -254,10 +254,10 @@ class Building {
     }
   }
 
-  // Of "thruster.K_T_bow_positive", "azimuth.K_T_J_2".
+  // Of "thruster.K_T_bow_positive", "thruster.a_Y_stern", "azimuth.K_T_J_2".
   std::string thruster_source(const std::string& name) const {
-    const std::string channel = name.find("_bow_") != std::string::npos     ? "n_bt"
-                                : name.find("_stern_") != std::string::npos ? "n_st"
+    const std::string channel = name.find("_bow") != std::string::npos     ? "n_bt"
+                                : name.find("_stern") != std::string::npos ? "n_st"
                                                                             : "n_az" + name.substr(name.size() - 1);
     const auto found =
         std::ranges::find_if(json_.at("thrusters"), [&](const Json& t) { return t["channel"] == channel; });

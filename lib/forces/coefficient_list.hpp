@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <string_view>
 
@@ -46,6 +47,24 @@ template <typename T>
 FactorOn<T> factor_on(T& coefficient) {
   return {coefficient};
 }
+
+/// A term of another form of the same force, as the literature has it beside the module's own: 0 as it is shipped, and
+/// nothing of a ship's file. A factor k adds ln k to it. It is as uncertain as published forms differ, and never by far
+/// more.
+template <typename T>
+struct FormTerm {
+  T& term;
+  bool& is_own;  ///< whether all terms of the module are 0
+  void operator()(const T& k) const {
+    using std::log;
+    term += log(k);
+    is_own = false;
+  }
+};
+template <typename S>
+inline constexpr bool kIsFormTerm = false;
+template <typename T>
+inline constexpr bool kIsFormTerm<FormTerm<T>> = true;
 
 /// On all of them.
 template <typename T, std::size_t n>

@@ -9,6 +9,7 @@
 #include "forces/coefficient_list.hpp"
 #include "forces/concepts.hpp"
 #include "forces/particulars.hpp"
+#include "forces/wind_form.hpp"
 #include "io/json.hpp"
 
 namespace leeway {
@@ -49,6 +50,7 @@ struct FujiwaraWind {
   double L;
   T A_front, A_side;                         ///< areas that make the force: A_T and A_L, unless changed [m^2]
   T X0, X1, X3, X5, Y1, Y3, Y5, N1, N2, N3;  ///< of cos and sin (k A), A = 2 pi - gamma_A
+  WindForm<T> form;
 
   FujiwaraWind(const FujiwaraWindGeometry& geometry, const Particulars& particulars)
       : g(geometry), L(particulars.L_pp), A_front(geometry.A_T), A_side(geometry.A_L) {
@@ -91,6 +93,7 @@ struct FujiwaraWind {
     visit("wind.k_X", 0.2, reference, [&](const T& k) { scale(k, T(1.0), T(1.0)); });
     visit("wind.k_Y", 0.15, reference, [&](const T& k) { scale(T(1.0), k, T(1.0)); });
     visit("wind.k_N", 0.3, reference, [&](const T& k) { scale(T(1.0), T(1.0), k); });
+    form.coefficients(visit);
   }
 
   /// (C_X, C_Y, C_N) for the direction given by its cosine and sine.
@@ -100,7 +103,9 @@ struct FujiwaraWind {
     const T c2 = c1 * c1 - s1 * s1, s2 = 2.0 * s1 * c1;
     const T c3 = c2 * c1 - s2 * s1, s3 = s2 * c1 + c2 * s1;
     const T c5 = c3 * c2 - s3 * s2, s5 = s3 * c2 + c3 * s2;
-    return {X0 + X1 * c1 + X3 * c3 + X5 * c5, -(Y1 * s1 + Y3 * s3 + Y5 * s5), -(N1 * s1 + N2 * s2 + N3 * s3)};
+    const Vec3<T> regressed(X0 + X1 * c1 + X3 * c3 + X5 * c5, -(Y1 * s1 + Y3 * s3 + Y5 * s5),
+                            -(N1 * s1 + N2 * s2 + N3 * s3));
+    return form.is_own ? regressed : form.other(regressed, c1);
   }
 
   Vec3<T> force(const Vec2<T>& wind) const {

@@ -77,6 +77,8 @@ struct SideThruster {
           factor_on(c.K_T_positive));
     visit(is_bow ? "thruster.K_T_bow_negative" : "thruster.K_T_stern_negative", 0.10, reference,
           factor_on(c.K_T_negative));
+    visit(is_bow ? "thruster.a_Y_bow" : "thruster.a_Y_stern", 0.2, reference, factor_on(c.a_Y));
+    visit(is_bow ? "thruster.a_N_bow" : "thruster.a_N_stern", 0.2, reference, factor_on(c.a_N));
   }
 
   Vec3<T> force(const Motion<T>& motion, const ActingActuators<T>& actuators) const {

@@ -15,6 +15,27 @@
 
 namespace leeway {
 
+/// What other polynomials in v' and r' differ by from the standard method's; nothing as it is shipped. With squares
+/// v|v| and r|r| in place of cubes (Inoue, Hirano & Kijima 1981) the linear terms lose or gain with the first power of
+/// the drift and of the yaw rate.
+template <typename T>
+struct StandardHullForm {
+  static constexpr std::string_view reference =
+      "squares in place of cubes (ours), as in Inoue, Hirano & Kijima (1981), Int. Shipbuilding Progress 28";
+
+  T Y_v_30deg = T(0.0), N_v_30deg = T(0.0);  ///< what their terms have more at |v'| = 0.5 and beyond
+  T Y_r_tight = T(0.0), N_r_tight = T(0.0);  ///< the same at |r'| = 1
+  bool is_own = true;                        ///< whether all are zero
+
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("hull.Y_v_30deg", 0.2, reference, FormTerm<T>{Y_v_30deg, is_own});
+    visit("hull.N_v_30deg", 0.2, reference, FormTerm<T>{N_v_30deg, is_own});
+    visit("hull.Y_r_tight", 0.2, reference, FormTerm<T>{Y_r_tight, is_own});
+    visit("hull.N_r_tight", 0.2, reference, FormTerm<T>{N_r_tight, is_own});
+  }
+};
+
 /// Yasukawa & Yoshimura (2015), MMG standard method.
 template <typename T>
 struct StandardHullCoefficients {
@@ -70,6 +91,7 @@ struct StandardHull {
   StandardHullCoefficients<T> c;
   Particulars p;
   ResistanceLaw<T> resistance_law;
+  StandardHullForm<T> form;
 
   StandardHull(const StandardHullCoefficients<double>& coefficients, const Particulars& particulars)
       : c(coefficients.cast<T>()), p(particulars), resistance_law(particulars) {}
@@ -103,6 +125,7 @@ struct StandardHull {
     visit("hull.N_vvr", 0.2, reference, factor_on(c.N_vvr));
     visit("hull.N_vrr", 0.2, reference, factor_on(c.N_vrr));
     visit("hull.N_rrr", 0.2, reference, factor_on(c.N_rrr));
+    form.coefficients(visit);
   }
 
   Vec3<T> force(const Motion<T>& motion) const {
@@ -122,10 +145,14 @@ struct StandardHull {
     const T v2_X = v2 > T(kDriftRange * kDriftRange) ? T(kDriftRange * kDriftRange) : v2;
     const T R_0 = c.R_0 * resistance_law(motion.U2);
     const T X = ahead * (-R_0 + c.X_vv * v2_X + c.X_rr * r2 + c.X_vvvv * v2_X * v2_X) + c.X_vr * v * r;
-    const T Y =
-        c.Y_v * v + c.Y_vvv * v2 * v + c.Y_vrr * v * r2 + ahead * (c.Y_r * r + c.Y_vvr * v2 * r + c.Y_rrr * r2 * r);
-    const T N =
-        ahead * (c.N_v * v + c.N_vvv * v2 * v + c.N_vrr * v * r2) + c.N_r * r + c.N_vvr * v2 * r + c.N_rrr * r2 * r;
+    T Y = c.Y_v * v + c.Y_vvv * v2 * v + c.Y_vrr * v * r2 + ahead * (c.Y_r * r + c.Y_vvr * v2 * r + c.Y_rrr * r2 * r);
+    T N = ahead * (c.N_v * v + c.N_vvv * v2 * v + c.N_vrr * v * r2) + c.N_r * r + c.N_vvr * v2 * r + c.N_rrr * r2 * r;
+    if (!form.is_own) {
+      using std::abs;
+      const T drift = limited<T>(abs(v) * (1.0 / kDriftRange), 0.0, 1.0), turn = abs(r);  // |r| <= kYawRange
+      Y += form.Y_v_30deg * drift * c.Y_v * v + ahead * form.Y_r_tight * turn * c.Y_r * r;
+      N += ahead * form.N_v_30deg * drift * c.N_v * v + form.N_r_tight * turn * c.N_r * r;
+    }
 
     const T q = 0.5 * p.rho * p.L_pp * p.d * U2;  // [N]
     return {q * X, q * Y, q * p.L_pp * N};

@@ -35,6 +35,44 @@ Vec2<T> cross_flow_integrals(const T& v, const T& b) {
   return {v * abs_b + q * v * v / 3.0, b < T(0.0) ? T(-moment) : moment};
 }
 
+/// The same of what the ends of the hull have more of the drag than its middle, weighted with (2 x/L)^2 - 1/3, whose
+/// mean over the length is zero.
+template <typename T>
+Vec2<T> cross_flow_integrals_of_ends(const T& v, const T& b) {
+  using std::abs;
+  constexpr double kEnds = 4.0 / 45.0;
+  const T abs_b = abs(b);
+  if (!(abs_b > abs(v))) return {v < T(0.0) ? T(-kEnds * b * b) : T(kEnds * b * b), kEnds * abs(v) * b};
+  const T s = -v / abs_b * (b < T(0.0) ? -1.0 : 1.0), s2 = s * s;  // the zero crossing, by L/2
+  const T b2 = b * abs_b;
+  return {b2 * s * (-1.0 / 6.0 + s2 * (1.0 / 9.0 - s2 / 30.0)),
+          b2 * (1.0 / 24.0 + s2 * (1.0 / 24.0 + s2 * (1.0 / 72.0 - s2 / 120.0)))};
+}
+
+/// What other hulls' forces differ by from the unified form; nothing as it is shipped. Side force and moment of drift
+/// level off with the angle, or grow (a lift goes with sin cos, a polynomial does not); drift makes resistance (X_vv'
+/// is -0.04 for the KVLCC2, Yasukawa & Yoshimura 2015); the drag across is not the same over the length (Hooft 1994).
+template <typename T>
+struct UnifiedHullForm {
+  static constexpr std::string_view reference = "another curve over drift and length (ours), as published hulls differ";
+  static constexpr double kSine30 = 0.5;
+
+  T Y_v_30deg = T(0.0), N_v_30deg = T(0.0);  ///< what their force has more at a drift of 30 deg and beyond
+  T X_vv = T(0.0);
+  T C_D_arm = T(0.0);   ///< of the drag across, farther forward by these lengths
+  T C_D_ends = T(0.0);  ///< what it has more at the ends, in 2/3, and less amidships, in 1/3
+  bool is_own = true;   ///< whether all are zero
+
+  template <typename Visit>
+  void coefficients(const Visit& visit) {
+    visit("hull.Y_v_30deg", 0.2, reference, FormTerm<T>{Y_v_30deg, is_own});
+    visit("hull.N_v_30deg", 0.2, reference, FormTerm<T>{N_v_30deg, is_own});
+    visit("hull.X_vv_term", 0.04, reference, FormTerm<T>{X_vv, is_own});
+    visit("hull.C_D_arm", 0.03, reference, FormTerm<T>{C_D_arm, is_own});
+    visit("hull.C_D_ends", 0.5, reference, FormTerm<T>{C_D_ends, is_own});
+  }
+};
+
 /// Yoshimura, Nakao & Ishibashi (2009).
 template <typename T>
 struct UnifiedHullCoefficients {
@@ -64,6 +102,7 @@ struct UnifiedHull {
   UnifiedHullCoefficients<T> c;
   Particulars p;
   ResistanceLaw<T> resistance_law;
+  UnifiedHullForm<T> form;
 
   UnifiedHull(const UnifiedHullCoefficients<double>& coefficients, const Particulars& particulars)
       : c(coefficients.cast<T>()), p(particulars), resistance_law(particulars) {}
@@ -92,6 +131,7 @@ struct UnifiedHull {
     visit("hull.C_rY", 0.2, reference, factor_on(c.C_rY));
     visit("hull.C_rN", 0.2, reference, factor_on(c.C_rN));
     visit("hull.X_0A", 0.10, reference, factor_on(c.X_0A));
+    form.coefficients(visit);
   }
 
   Vec3<T> force(const Motion<T>& motion) const {
@@ -102,11 +142,27 @@ struct UnifiedHull {
     const T X_0 = (c.X_0F + (c.X_0A - c.X_0F) * (1.0 / kPi) * abs(motion.beta)) * resistance_law(motion.U2);
     const T X = X_0 * u * motion.U + c.X_vr * v * Lr;
     const T abs_u = abs(u);
-    const T Y = c.Y_v * v * abs_u + c.Y_r * Lr * u - c.C_D * cross_flow_integrals<T>(v, c.C_rY * Lr / 2.0)(0);
+    const T across = cross_flow_integrals<T>(v, c.C_rY * Lr / 2.0)(0);
+    const T Y = c.Y_v * v * abs_u + c.Y_r * Lr * u - c.C_D * across;
     const T N = c.N_v * v * u + c.N_r * Lr * abs_u - c.C_D * cross_flow_integrals<T>(v, c.C_rN * Lr / 2.0)(1);
 
     const double q = 0.5 * p.rho * p.L_pp * p.d;  // [kg/m]
-    return {q * X, q * Y, q * p.L_pp * N};
+    const Vec3<T> own(q * X, q * Y, q * p.L_pp * N);
+    return form.is_own ? own : Vec3<T>(own + q * of_other_form(motion, across));
+  }
+
+ private:
+  // What the other form adds, by q.
+  Vec3<T> of_other_form(const Motion<T>& motion, const T& across) const {
+    using std::abs;
+    const T &u = motion.u, &v = motion.v;
+    const T drift = limited<T>(abs(v) * motion.per_U * (1.0 / UnifiedHullForm<T>::kSine30), 0.0, 1.0);
+    const T Lr = p.L_pp * motion.r;
+    const T Y = form.Y_v_30deg * drift * c.Y_v * v * abs(u) -
+                form.C_D_ends * c.C_D * cross_flow_integrals_of_ends<T>(v, c.C_rY * Lr / 2.0)(0);
+    const T N = form.N_v_30deg * drift * c.N_v * v * u - form.C_D_arm * c.C_D * across -
+                form.C_D_ends * c.C_D * cross_flow_integrals_of_ends<T>(v, c.C_rN * Lr / 2.0)(1);
+    return {form.X_vv * v * v, Y, p.L_pp * N};
   }
 };
 

@@ -425,8 +425,14 @@ double Comparison::chance_of(std::size_t i, std::size_t than) const {
 bool Comparison::holds(std::size_t better, std::size_t than, bool is_surely_left) const {
   const auto [sum, sd] = gain(all_[better], all_[than]);
   const Fitted& one = all_[better];
-  return gap::holds({log_odds(better) - log_odds(than), is_significant(one), has_terms(one.hypothesis.names()),
-                     is_rare(better, than), sum, sd, is_surely_left});
+  return gap::holds({.log_odds = log_odds(better) - log_odds(than),
+                     .is_significant = is_significant(one),
+                     .has_terms = has_terms(one.hypothesis.names()),
+                     .is_rare = is_rare(better, than),
+                     .gain = sum,
+                     .gain_sd = sd,
+                     .is_surely_left = is_surely_left,
+                     .is_likelier_than_not = than != 0 && probabilities()[better] > 0.5});
 }
 
 bool Comparison::is_significant(const Fitted& fitted) const {

@@ -74,10 +74,12 @@ struct Rivals {
   bool is_rare = false;
   double gain = 0.0, gain_sd = 0.0;  ///< on what was left out [nats]
   bool is_surely_left = false;       ///< whether something surely is left beside the other one
+  /// Whether the better one is stated as likelier than all others together; false against nothing missing.
+  bool is_likelier_than_not = false;
 };
 /// Whether the better one is likelier, predicts what was left out better beyond chance, and has no needless effect:
 /// where something surely is left or the odds are strong, one standard error is enough; where a name is the only one in
-/// question and its odds are rare or strong, none.
+/// question and its odds are rare or strong, none. What is likelier than not has to predict no worse.
 bool holds(const Rivals& rivals, const Policy& policy = kPolicy);
 
 /// One of the hypotheses when the likeliest is taken.

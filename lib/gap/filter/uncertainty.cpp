@@ -16,7 +16,7 @@ UncertainParameter timing_parameter() { return {kTiming, kPolicy.filter.actuator
 std::vector<UncertainParameter> uncertain_parameters(const Ship& ship) {
   std::vector<UncertainParameter> parameters;
   for (const UncertainCoefficient& c : coefficient_law(ship).coefficients) {
-    UncertainParameter parameter{c.name, c.sd, c.is_absolute, c.value};
+    UncertainParameter parameter{c.name, c.sd, c.is_absolute, c.value, !c.is_form, !c.is_form, c.is_form};
     for (const auto& [info, effect_parameters] : effect_catalogue()) {
       if (std::ranges::find(info.coefficients, c.name) == info.coefficients.end()) continue;
       if (!info.cause_of_more.empty()) parameter.may_be_far_more = false;

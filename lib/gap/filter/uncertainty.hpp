@@ -17,6 +17,7 @@ struct UncertainParameter {
   std::optional<double> value = std::nullopt;  ///< of the coefficient as the ship has it; nothing of a group
   /// Whether it may be off by far more than stated and be no effect of the catalogue, which has a name.
   bool may_be_far_more = true, may_be_far_less = true;
+  bool is_form = false;  ///< a term of another form of the same force, as far as published ones differ: never far off
 };
 
 /// What theta does to it.

@@ -38,6 +38,7 @@ struct CalibratedModule {
 struct FittedCoefficient {
   std::string name;
   bool is_absolute = false;            ///< the file states an absolute uncertainty: `by` is nothing then
+  bool is_form = false;                ///< a term of another form of the same force
   double stated_sd = 0.0;              ///< of the logarithm, or absolute
   double shift = 0.0, shift_sd = 0.0;  ///< of the logarithm, or absolute
   FileFactor by;

@@ -95,8 +95,13 @@ class FileJudge {
     std::vector<FittedCoefficient> result;
     for (Eigen::Index i = 0; i < count(); ++i) {
       const UncertainParameter& p = fit_.parameters[static_cast<std::size_t>(i)];
-      FittedCoefficient c{
-          p.name, p.is_absolute, p.sd, fit_.theta[i], std::sqrt(covariance(i, i)), {kMissing, kMissing, kMissing}};
+      FittedCoefficient c{p.name,
+                          p.is_absolute,
+                          p.is_form,
+                          p.sd,
+                          fit_.theta[i],
+                          std::sqrt(covariance(i, i)),
+                          {kMissing, kMissing, kMissing}};
       const double reach = kPolicy.show.normal95 * c.shift_sd;
       if (!p.is_absolute) c.by = {std::exp(c.shift), std::exp(c.shift - reach), std::exp(c.shift + reach)};
       result.push_back(c);
@@ -168,6 +173,9 @@ std::string cause_of(const ModuleChange& change) {
 }
 
 std::string sentence_of(const FittedCoefficient& c, bool is_stated) {
+  if (c.is_form)
+    return fmt::format("{} is {}: another form of the force than the file's; published ones differ by {:.2g}", c.name,
+                       with_sd(c.shift, c.shift_sd), c.stated_sd);
   const char* known = is_stated ? "by the file it is known to" : "such coefficients are usually known to";
   if (c.is_absolute)
     return fmt::format("{} is off by {}; {} {:.2g}", c.name, with_sd(c.shift, c.shift_sd), known, c.stated_sd);
