@@ -423,8 +423,10 @@ TEST_CASE("gap: derivatives of a step by automatic differentiation are those by 
     stretch.wind_speed_mps = 0.8;
     gap::StateVector x;
     x << 1.0, 2.0, 0.3, 0.21, 0.031, -0.02, 1e-3, -2e-3, 5e-4, 0.05, -0.03;
-    const auto p = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
-    const Eigen::VectorXd theta = Eigen::VectorXd::LinSpaced(p, -0.1, 0.15);
+    const std::vector<gap::UncertainParameter> parameters_of_ship = gap::uncertain_parameters(ship);
+    const auto p = static_cast<Eigen::Index>(parameters_of_ship.size());
+    Eigen::VectorXd theta = Eigen::VectorXd::LinSpaced(p, -1.0, 1.0);  // by their standard deviations
+    for (Eigen::Index j = 0; j < p; ++j) theta[j] *= parameters_of_ship[static_cast<std::size_t>(j)].sd;
     const gap::LinearStretch linear =
         gap::linearize(ship, std::make_shared<const gap::Stretch>(stretch), {x, x}, theta);
     const auto step = [&](const gap::StateVector& at, const Eigen::VectorXd& parameters) {
