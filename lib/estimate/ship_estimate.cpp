@@ -258,7 +258,7 @@ class Building {
   std::string thruster_source(const std::string& name) const {
     const std::string channel = name.find("_bow") != std::string::npos     ? "n_bt"
                                 : name.find("_stern") != std::string::npos ? "n_st"
-                                                                            : "n_az" + name.substr(name.size() - 1);
+                                                                           : "n_az" + name.substr(name.size() - 1);
     const auto found =
         std::ranges::find_if(json_.at("thrusters"), [&](const Json& t) { return t["channel"] == channel; });
     return found->at("source").get<std::string>();

@@ -390,8 +390,11 @@ void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
     } catch (const NumericalError&) {
       break;
     }
-    // The levels of the noise move with it, and may converge to a worse place.
-    if ((!other.report.converged && fit.report.converged) || gap::log_evidence(other) < gap::log_evidence(fit)) break;
+    // The levels of the noise move with it, and may converge to a worse place. The evidence is averaged over the scale,
+    // so that it hardly moves where they do not; what the effects' coordinates are known to does.
+    if ((!other.report.converged && fit.report.converged) ||
+        gap::log_evidence(other) < gap::log_evidence(fit) - kPolicy.compare.worse_than_without)
+      break;
     fit = std::move(other);
   }
   fitted.log_evidence = gap::log_evidence(fit);

@@ -101,7 +101,8 @@ bool holds(const Rivals& r, const Policy& policy) {
   // What a coefficient could do as well, if it were far off what is stated, predicts no better: it is likelier alone.
   // Terms are likelier wherever forms of forces differ.
   const bool has_strong_names = r.log_odds > of.strong_odds_beside && !r.has_terms;
-  if ((r.is_rare || r.is_likelier_than_not) && !r.has_terms) return r.gain > -limits.heldout_sd * r.gain_sd;
+  if (r.is_likelier_than_not && !r.has_terms && r.gain > -r.log_odds) return true;
+  if (r.is_rare && !r.has_terms) return r.gain > -limits.heldout_sd * r.gain_sd;
   const double least = has_strong_names                                         ? 0.0
                        : r.is_surely_left || r.log_odds > of.strong_odds_beside ? limits.heldout_sd_if_certain
                                                                                 : limits.heldout_sd;

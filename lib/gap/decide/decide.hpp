@@ -79,7 +79,7 @@ struct Rivals {
 };
 /// Whether the better one is likelier, predicts what was left out better beyond chance, and has no needless effect:
 /// where something surely is left or the odds are strong, one standard error is enough; where a name is the only one in
-/// question and its odds are rare or strong, none. What is likelier than not has to predict no worse.
+/// question and its odds are rare or strong, none. What is likelier than not may lose there what its odds gain.
 bool holds(const Rivals& rivals, const Policy& policy = kPolicy);
 
 /// One of the hypotheses when the likeliest is taken.

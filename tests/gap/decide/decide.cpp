@@ -364,8 +364,8 @@ TEST_CASE("decide: when one hypothesis holds against another", "[gap][decide]") 
       {"weak odds need two standard errors", {3.0, true, false, false, 1.9, 1.0, false}, false},
       {"weak odds with two standard errors", {3.0, true, false, false, 2.1, 1.0, false}, true},
       {"weak odds, but something surely is left: one is enough", {3.0, true, false, false, 1.1, 1.0, true}, true},
-      {"likelier than not, predicting as well", {3.0, true, false, false, -1.0, 1.0, false, true}, true},
-      {"likelier than not, predicting worse", {3.0, true, false, false, -2.1, 1.0, false, true}, false},
+      {"likelier than not, predicting worse by less", {3.0, true, false, false, -2.9, 0.1, false, true}, true},
+      {"likelier than not, predicting worse by more", {3.0, true, false, false, -3.1, 1.0, false, true}, false},
       {"likelier than not, but terms alone", {3.0, true, true, false, 1.9, 1.0, false, true}, false},
   };
   for (const Row& row : rows) {
