@@ -63,8 +63,8 @@ CoefficientLaw coefficient_law(const Ship& ship) {
     }
   }
   for (Eigen::Index i = 0; i < n; ++i) {
-    const UncertainCoefficient& c = law.coefficients[static_cast<std::size_t>(i)];
-    law.covariance(i, i) = c.is_form && !c.is_stated ? 0.0 : c.sd * c.sd;
+    const double sd = law.coefficients[static_cast<std::size_t>(i)].sd;
+    law.covariance(i, i) = sd * sd;
   }
   for (std::size_t i = 0; i < places.size(); ++i)
     for (std::size_t j = 0; j < places.size(); ++j)

@@ -31,9 +31,7 @@ CoefficientFactor changed(const UncertainCoefficient& coefficient, double theta)
 /// the defaults of the force modules where it says nothing, and its `coefficient_covariance` in place of both.
 struct CoefficientLaw {
   std::vector<UncertainCoefficient> coefficients;  ///< in the order of Model::coefficients()
-  /// Of theta, coefficients.size() square. Terms of other forms have none unless the file states it: no ship is drawn
-  /// with them, though recordings are fitted with them.
-  Eigen::MatrixXd covariance;
+  Eigen::MatrixXd covariance;                      ///< of theta, coefficients.size() square
 };
 
 /// Throws InputError for a name that the ship does not have.

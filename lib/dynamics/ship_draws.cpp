@@ -39,6 +39,23 @@ bool turns(const Ship& ship, double u, double rudder) {
   return least > 0.0 && most - least < kSteady * most;
 }
 
+// Twin rudders turned to throw the race ahead, revolutions as at the start: the faster she goes astern, the more race
+// they catch.
+bool backs(const Ship& ship, double u) {
+  const double dt_s = ship.particulars.L_pp / u / kSteps_per_length;
+  SimulatedShip backing(ship, u);
+  Actuators<double> command = ship.initial_actuators();
+  for (const Actuator& actuator : ship.actuators) {
+    if (actuator.channel == Channel::delta_p) command[actuator.channel] = actuator.min;
+    if (actuator.channel == Channel::delta_s) command[actuator.channel] = actuator.max;
+  }
+  for (int k = 0; k < static_cast<int>(kTurn_lengths * kSteps_per_length); ++k) {
+    backing.step(command, Vec2<double>::Zero(), dt_s);
+    if (!backing.is_finite() || backing.state.nu.head<2>().norm() > 2.0 * u) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool runs_and_turns(Ship ship, double speed_mps) {
@@ -50,6 +67,7 @@ bool runs_and_turns(Ship ship, double speed_mps) {
     const double u = steady_speed(ship, propulsion.front().initial);
     const bool has_rudders =
         std::ranges::any_of(ship.actuators, [](const Actuator& actuator) { return actuator.is_rudder(); });
+    if (u > 0.0 && ship.has_twin_rudders() && !backs(ship, u)) return false;
     return !has_rudders || !(u > 0.0) || (turns(ship, u, kFullRudder) && turns(ship, u, -kFullRudder));
   } catch (const NumericalError&) {
     return false;

@@ -15,7 +15,8 @@ struct ShipDraw {
 
 /// Draws 0, 1, ...: each is the same whichever others are drawn. A draw that makes no ship is refused and drawn anew:
 /// one whose propulsion, at its limit, does not drive it straight ahead as fast as was recorded, or that comes to no
-/// steady turn under full rudder, to either side. Effects of the ship are kept, and left out of that trial.
+/// steady turn under full rudder, to either side, or runs away astern by twin rudders. Effects of the ship are kept,
+/// and left out of that trial.
 class ShipDraws {
  public:
   ///   spread              what the stated standard deviations are multiplied by
@@ -34,7 +35,7 @@ class ShipDraws {
   std::uint64_t seed_;
 };
 
-/// Whether the ship can be driven to this surge [m/s], and comes to a steady turn to either side.
+/// Whether the ship can be driven to this surge [m/s], and comes to a steady turn to either side, astern to a speed.
 bool runs_and_turns(Ship ship, double speed_mps);
 
 }  // namespace leeway

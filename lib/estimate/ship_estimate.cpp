@@ -444,14 +444,8 @@ ShipEstimate estimate_ship(const HullParticulars& particulars, const std::vector
   if (width == widths.end() || !D_T || result.ship.has_twin_rudders() || !result.ship.has_rudders()) return result;
   const CoefficientLaw law = coefficient_law(result.ship);
   const Eigen::MatrixXd covariance = conditioned_on_turning(result.ship, law, *D_T, width->sd);
-  std::vector<Eigen::Index> uncertain;
-  Ship::JointUncertainty joint;
-  for (Eigen::Index i = 0; i < covariance.rows(); ++i)
-    if (covariance(i, i) > 0.0) {
-      uncertain.push_back(i);
-      joint.names.push_back(law.coefficients[static_cast<std::size_t>(i)].name);
-    }
-  joint.matrix = covariance(uncertain, uncertain);
+  Ship::JointUncertainty joint{{}, covariance};
+  for (const UncertainCoefficient& coefficient : law.coefficients) joint.names.push_back(coefficient.name);
   result.json["coefficient_covariance"] = to_json(
       joint, fmt::format("uncertainty, and gamma_R of both sides correlated by {:g}; conditioned on the tactical "
                          "diameter, which such estimates have met with a log-sd of {:.3f} (docs/estimate.md)",

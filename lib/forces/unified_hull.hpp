@@ -115,7 +115,7 @@ struct UnifiedHull {
   /// All forces by this factor.
   void scale_force(const T& k) {
     scale_resistance(k);
-    for (T* coefficient : {&c.X_vr, &c.Y_v, &c.Y_r, &c.N_v, &c.N_r, &c.C_D}) *coefficient *= k;
+    for (T* coefficient : {&c.X_vr, &c.Y_v, &c.Y_r, &c.N_v, &c.N_r, &c.C_D, &form.X_vv}) *coefficient *= k;
   }
   /// What is known up to a factor: visit(name, log_sd, reference, scale), where scale(k) multiplies by k.
   template <typename Visit>

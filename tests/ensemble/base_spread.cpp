@@ -47,7 +47,7 @@ TEST_CASE("base spread: how wrong a ship is shows in recordings, and a right one
   // Forty coefficients tell the scale of a draw to about 1/sqrt(80).
   for (const double spread : {0.7, 1.5})
     for (int number = 0; number < 3; ++number) {
-      const BaseSpreadEstimate found = inferred(ShipDraws(stated->ship(), spread, 6).draw(number).ship);
+      const BaseSpreadEstimate found = inferred(ShipDraws(stated->ship(), spread, 5).draw(number).ship);
       CAPTURE(spread, number, found.low, found.spread, found.high);
       CHECK(found.spread > 0.6 * spread);
       CHECK(found.spread < 1.6 * spread);

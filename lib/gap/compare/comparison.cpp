@@ -435,7 +435,7 @@ bool Comparison::holds(std::size_t better, std::size_t than, bool is_surely_left
                      .gain = sum,
                      .gain_sd = sd,
                      .is_surely_left = is_surely_left,
-                     .is_likelier_than_not = than != 0 && probabilities()[better] > 0.5});
+                     .is_likelier_than_not = than != 0 && probabilities()[better] > kPolicy.compare.likelier_than_not});
 }
 
 bool Comparison::is_significant(const Fitted& fitted) const {
