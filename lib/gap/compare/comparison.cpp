@@ -16,6 +16,7 @@
 #include "gap/compare/terms.hpp"
 #include "gap/decide/decide.hpp"
 #include "gap/detect/effect_library.hpp"
+#include "gap/detect/gains_of_nothing.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
@@ -404,7 +405,7 @@ std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& t
   const auto n = static_cast<double>(folds_.size());
   double sum = 0.0, square = 0.0;
   for (std::size_t f = 0; f < folds_.size(); ++f) {
-    const double g = (better.fold_evidence[f] - than.fold_evidence[f]) / better.kappa;
+    const double g = better.fold_evidence[f] - than.fold_evidence[f];
     sum += g;
     square += g * g;
   }
@@ -418,11 +419,7 @@ double Comparison::chance_of(std::size_t i, std::size_t than) const {
   const double odds = log_odds(i) - log_odds(than);
   // The drawn campaigns know the noise levels, which so few measurements do not tell.
   if (none().fit.report.samples < kPolicy.decide.fewest_samples) return std::min(1.0, std::exp(-odds));
-  const std::vector<double>& gains = drawn->second;
-  const double gain = odds - log_prior_odds_of_one(all_[than].hypothesis.names().size());
-  const auto as_much = gains.end() - std::ranges::lower_bound(gains, gain);
-  const double beyond = std::max(0.0, gain - gains.back());
-  return static_cast<double>(as_much + 1) / static_cast<double>(gains.size() + 1) * std::exp(-beyond);
+  return chance_of_gain(drawn->second, odds - log_prior_odds_of_one(all_[than].hypothesis.names().size()));
 }
 
 bool Comparison::holds(std::size_t better, std::size_t than, bool is_surely_left) const {
@@ -435,7 +432,7 @@ bool Comparison::holds(std::size_t better, std::size_t than, bool is_surely_left
                      .gain = sum,
                      .gain_sd = sd,
                      .is_surely_left = is_surely_left,
-                     .is_likelier_than_not = than != 0 && probabilities()[better] > kPolicy.compare.likelier_than_not});
+                     .is_likelier_than_not = than != 0 && is_likelier_than_not(better)});
 }
 
 bool Comparison::is_significant(const Fitted& fitted) const {

@@ -70,8 +70,6 @@ class Comparison {
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
   std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
   double log_odds(std::size_t i) const { return gap::log_odds(all_, i); }
-  /// The same of kinds of forces that the catalogue does not hold.
-  double log_odds_of(const std::vector<LatentForce>& kinds) const { return gap::log_odds_of(kinds, all_); }
   /// How often one effect or another would have such odds beside those of `than` (0: none) where these are all that is
   /// missing, in campaigns drawn from the linear model about that fit; beyond them, and where little was recorded, in
   /// inverse proportion to the odds (Markov's inequality). 1 where nothing was screened beside it.
@@ -79,6 +77,8 @@ class Comparison {
   /// Whether that is rarer than the rate, in all families of tests.
   bool is_rare(std::size_t i, std::size_t than) const { return tests() * chance_of(i, than) < options_.false_alarm; }
   std::vector<double> probabilities() const { return gap::probabilities(all_, screened_, campaign_.ship); }
+  /// Whether it is stated as likelier than all others together.
+  bool is_likelier_than_not(std::size_t i) const { return probabilities()[i] > kPolicy.compare.likelier_than_not; }
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects
   /// is more than nothing.
   ///   is_surely_left  whether something is left beside `than`: then one standard error is enough; where the

@@ -20,10 +20,6 @@ double log_prior_of_number(std::size_t effects) {
   return result;
 }
 
-double kappa_of_likeliest(const std::vector<Fitted>& all) {
-  return std::ranges::max_element(all, {}, &Fitted::log_evidence)->kappa;
-}
-
 }  // namespace
 
 // ln of the number of sets of `count` things out of `of`.
@@ -49,15 +45,14 @@ double log_prior_odds_of_one(std::size_t beside) {
 }
 
 double log_odds(const std::vector<Fitted>& all, std::size_t i) {
-  return (all[i].log_evidence - all.front().log_evidence) / std::max(all[i].kappa, kappa_of_likeliest(all)) +
-         log_prior(all[i].hypothesis) - log_prior({});
+  return all[i].log_evidence - all.front().log_evidence + log_prior(all[i].hypothesis) - log_prior({});
 }
 
-double log_odds_of(const std::vector<LatentForce>& kinds, const std::vector<Fitted>& all) {
+double log_odds_of(const std::vector<LatentForce>& kinds) {
   if (kinds.empty()) return -std::numeric_limits<double>::infinity();
-  const double kappa = kappa_of_likeliest(all), most = kinds.front().log_evidence / kappa;
+  const double most = kinds.front().log_evidence;
   double sum = 0.0;
-  for (const LatentForce& kind : kinds) sum += std::exp(kind.log_evidence / kappa - most);
+  for (const LatentForce& kind : kinds) sum += std::exp(kind.log_evidence - most);
   return most + std::log(sum / static_cast<double>(kinds.size())) + log_prior_odds_of_one();
 }
 

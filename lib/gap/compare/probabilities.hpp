@@ -28,7 +28,7 @@ double log_odds(const std::vector<Fitted>& all, std::size_t i);
 
 /// The same of forces that the catalogue does not hold, the likeliest kind first, beside nothing missing; all kinds
 /// together are believed like one effect.
-double log_odds_of(const std::vector<LatentForce>& kinds, const std::vector<Fitted>& all);
+double log_odds_of(const std::vector<LatentForce>& kinds);
 
 /// The least odds of nothing against something that a p-value leaves: -e p ln p (Sellke, Bayarri & Berger 2001, The
 /// American Statistician 55, 62-71).

@@ -259,7 +259,7 @@ class Selector {
   void find_latent() {
     progress(0.745, "forces that the catalogue does not hold");
     find_kinds_beside(0);
-    selection_.latent_log_odds = comparison_.log_odds_of(selection_.latent);
+    selection_.latent_log_odds = log_odds_of(selection_.latent);
     if (is_searched_ || !is_rare(latent(), options_.locate.false_alarm)) return;
     search();
   }
@@ -286,9 +286,8 @@ class Selector {
     if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
     if (selection_.error < kPolicy.decide.error_of_forms)
       std::erase_if(selection_.latent, [&](const LatentForce& kind) {
-        return kind.on == Dependence::states &&
-               !is_rare(LatentFound{comparison_.log_odds_of({kind}), 0.0, findings_.tests},
-                        surely_beside(options_.locate.false_alarm));
+        return kind.on == Dependence::states && !is_rare(LatentFound{log_odds_of({kind}), 0.0, findings_.tests},
+                                                         surely_beside(options_.locate.false_alarm));
       });
   }
 
@@ -416,7 +415,7 @@ class Selector {
       if (next) beside.log_odds_of_next = comparison_.log_odds(*next) - comparison_.log_odds(chosen);
       selection_.is_negligible = is_negligible(beside, rate);
       if (!next || !comparison_.holds(*next, chosen, left_p < surely(rate))) break;
-      if (!(left_p < rate || comparison_.is_rare(*next, chosen))) break;
+      if (!(left_p < rate || comparison_.is_rare(*next, chosen) || comparison_.is_likelier_than_not(*next))) break;
       chosen = *next;
       selection_.is_negligible = false;
     }

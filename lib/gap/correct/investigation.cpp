@@ -12,6 +12,7 @@
 #include "gap/decide/decide.hpp"
 #include "gap/decide/sensors.hpp"
 #include "gap/detect/detect.hpp"
+#include "gap/detect/gains_of_nothing.hpp"
 #include "gap/sensors/audit.hpp"
 #include "gap/sensors/channel_quality.hpp"
 #include "gap/sensors/conventions.hpp"
@@ -160,15 +161,17 @@ void Investigator::identify_faults() {
   Findings& findings = result.findings;
   std::vector<Fault>& faults = findings.audit.faults;
   while (options_.correct && !ensemble_ && findings.audit.is_checked && faults.size() < kPolicy.sensors.most_faults) {
-    const std::vector<SeenFault> seen = seen_faults(result.campaign, result.null, options_.jobs);
-    const std::optional<Fault> likeliest = likeliest_of(seen, faults, findings.audit.hypotheses);
+    const SeenFaults seen = seen_faults(result.campaign, result.null, options_.jobs, options_.seed);
+    const std::optional<Fault> likeliest = likeliest_of(seen.faults, faults, findings.audit.hypotheses);
+    if (!likeliest || seen.gains_of_nothing.empty()) return;
     const double rate = options_.false_alarm / tests();
+    FaultOdds odds{likeliest->log_odds, 0.0, chance_of_gain(seen.gains_of_nothing, likeliest->log_odds)};
     // The effects in its place are fitted where it matters alone.
-    if (!likeliest || !is_identified({likeliest->log_odds, 0.0}, seen.size(), rate)) return;
-    const double of_effect = best_evidence(result.campaign, result.null, options_) - log_evidence(result.null);
-    if (!is_identified({likeliest->log_odds, of_effect}, seen.size(), rate)) return;
+    if (!is_identified(odds, rate)) return;
+    odds.of_best_effect = best_evidence(result.campaign, result.null, options_) - log_evidence(result.null);
+    if (!is_identified(odds, rate)) return;
     faults.push_back(*likeliest);
-    faults.back().p_value = std::min(1.0, tests() * p_value_of_odds(likeliest->log_odds, seen.size()));
+    faults.back().p_value = std::min(1.0, tests() * odds.chance);
     faults.back().log_odds = 0.0;
     findings.audit.notices.push_back(
         fmt::format("{}: the kinematics alone leave it open, but with it the simulator follows the recordings better "

@@ -6,6 +6,8 @@
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "gap/correct/faults.hpp"
+#include "gap/detect/gains_of_nothing.hpp"
+#include "gap/detect/score_test.hpp"
 #include "gap/fit/coefficient_scale.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/sensors/audit.hpp"
@@ -105,27 +107,55 @@ Usual usual_of(const Campaign& campaign, const FroudeScale& scale) {
   return usual;
 }
 
-// theta with the numbers of one candidate, in units of their usual sizes.
-struct Beside {
-  Evidence evidence;
-  Eigen::VectorXd theta, unit;  // unit: SI
+// Theta, and what the members of the library change, each number in units of its usual size.
+struct Numbers {
+  std::vector<const FaultCandidate*> members;
+  std::vector<Eigen::Index> first;  // of the numbers of each member, in `unit`
+  Eigen::VectorXd theta, unit;      // unit: SI
+  Evidence evidence;                // about theta and all numbers
 
-  Beside(const Evidence& total, const Eigen::VectorXd& known, const FaultCandidate& candidate, const FroudeScale& scale)
-      : evidence(known.size() + static_cast<Eigen::Index>(candidate.numbers.size())) {
-    const Eigen::Index n = known.size(), all = evidence.b.size();
-    Eigen::MatrixXd by = Eigen::MatrixXd::Zero(total.b.size(), all);
-    by.topLeftCorner(n, n).setIdentity();
-    unit.resize(all - n);
-    for (Eigen::Index i = n; i < all; ++i)
-      for (const FaultParameter parameter : candidate.numbers[static_cast<std::size_t>(i - n)]) {
-        unit[i - n] = info(parameter).usual_sd * scale.of(info(parameter).quantity);
-        by(n + static_cast<Eigen::Index>(parameter), i) = unit[i - n];
+  Numbers(const Evidence& total, const Eigen::VectorXd& known, const FroudeScale& scale) : theta(known) {
+    std::vector<double> units;
+    std::vector<const std::vector<FaultParameter>*> by;
+    for (const FaultCandidate& member : fault_library()) {
+      if (member.numbers[0][0] == current_x) continue;
+      members.push_back(&member);
+      first.push_back(static_cast<Eigen::Index>(units.size()));
+      for (const std::vector<FaultParameter>& number : member.numbers) {
+        units.push_back(info(number.front()).usual_sd * scale.of(info(number.front()).quantity));
+        by.push_back(&number);
       }
+    }
+    const Eigen::Index n = theta.size(), count = static_cast<Eigen::Index>(units.size());
+    unit = Eigen::Map<const Eigen::VectorXd>(units.data(), count);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(total.b.size(), n + count);
+    columns.topLeftCorner(n, n).setIdentity();
+    for (Eigen::Index i = 0; i < count; ++i)
+      for (const FaultParameter parameter : *by[static_cast<std::size_t>(i)])
+        columns(n + static_cast<Eigen::Index>(parameter), n + i) = unit[i];
+    evidence = Evidence(n + count);
     evidence.log_likelihood = total.log_likelihood;
-    evidence.b = by.transpose() * total.b;
-    evidence.F = by.transpose() * total.F * by;
-    theta.resize(all);
-    theta << known, Eigen::VectorXd::Zero(all - n);
+    evidence.b = columns.transpose() * total.b;
+    evidence.F = columns.transpose() * total.F * columns;
+  }
+
+  Eigen::Index count_of(std::size_t member) const { return static_cast<Eigen::Index>(members[member]->numbers.size()); }
+  /// Evidence about theta and the numbers of one member.
+  Evidence beside(std::size_t member) const {
+    std::vector<Eigen::Index> places;
+    for (Eigen::Index i = 0; i < theta.size(); ++i) places.push_back(i);
+    for (Eigen::Index i = 0; i < count_of(member); ++i) places.push_back(theta.size() + first[member] + i);
+    Evidence result(static_cast<Eigen::Index>(places.size()));
+    result.log_likelihood = evidence.log_likelihood;
+    result.b = evidence.b(places);
+    result.F = evidence.F(places, places);
+    return result;
+  }
+  std::vector<LinearCandidate> candidates() const {
+    std::vector<LinearCandidate> result;
+    for (std::size_t m = 0; m < members.size(); ++m)
+      result.push_back({first[m], Eigen::VectorXd::Zero(count_of(m)), std::nullopt});
+    return result;
   }
 };
 
@@ -137,43 +167,46 @@ bool is_same(const Fault& a, const Fault& b) {
 
 }  // namespace
 
-std::vector<SeenFault> seen_faults(const Campaign& campaign, const FittedNull& fit, std::size_t jobs) {
+SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::size_t jobs, std::uint64_t seed) {
   const FroudeScale scale(campaign.ship.particulars.L_pp);
   const Usual usual = usual_of(campaign, scale);
-  const Evidence total = evidence_of_faults(fit, scale, jobs);
+  const Numbers all(evidence_of_faults(fit, scale, jobs), fit.theta, scale);
   const std::vector<PriorWidths> widths = widths_by_scale(fit.parameters, fit.effects);
-  const double sound = file_evidence(fit.total, fit.theta, widths).log_evidence;
-  std::vector<SeenFault> result;
-  for (const FaultCandidate& candidate : fault_library()) {
-    if (candidate.numbers[0][0] == current_x) continue;
-    const Beside beside(total, fit.theta, candidate, scale);
-    const Eigen::Index numbers = beside.unit.size();
-    const FileEvidence with =
-        file_evidence(beside.evidence, beside.theta, with_coordinates(widths, fit.theta.size(), numbers));
+  const FileEvidence sound = file_evidence(fit.total, fit.theta, widths);
+  SeenFaults result;
+  for (std::size_t m = 0; m < all.members.size(); ++m) {
+    const FaultCandidate& member = *all.members[m];
+    const Eigen::Index numbers = all.count_of(m), n = fit.theta.size();
+    const Evidence beside = all.beside(m);
+    Eigen::VectorXd theta(n + numbers);
+    theta << fit.theta, Eigen::VectorXd::Zero(numbers);
+    const FileEvidence with = file_evidence(beside, theta, with_coordinates(widths, n, numbers));
     if (!std::isfinite(with.log_evidence)) continue;
     const Eigen::VectorXd precision = with.likeliest.sd.array().square().inverse();
-    Eigen::MatrixXd M = beside.evidence.F;
+    Eigen::MatrixXd M = beside.F;
     M.diagonal() += precision;
     const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
-    const Eigen::VectorXd step = covariance * (beside.evidence.b - precision.cwiseProduct(beside.theta));
+    const Eigen::VectorXd step = covariance * (beside.b - precision.cwiseProduct(theta));
     SeenFault seen;
-    seen.log_bayes_factor = with.log_evidence - sound;
-    seen.fault.name = candidate.name;
-    seen.fault.separating_maneuver = separating_maneuver(candidate.name);
+    seen.log_bayes_factor = with.log_evidence - sound.log_evidence;
+    seen.fault.name = member.name;
+    seen.fault.separating_maneuver = separating_maneuver(member.name);
     Eigen::VectorXd at_3m(numbers);
     for (Eigen::Index i = 0; i < numbers; ++i) {
-      const Eigen::Index place = fit.theta.size() + i;
-      const double value = step[place] * beside.unit[i], sd = std::sqrt(covariance(place, place)) * beside.unit[i];
-      for (const FaultParameter parameter : candidate.numbers[static_cast<std::size_t>(i)]) {
+      const double unit = all.unit[all.first[m] + i];
+      const double value = step[n + i] * unit, sd = std::sqrt(covariance(n + i, n + i)) * unit;
+      for (const FaultParameter parameter : member.numbers[static_cast<std::size_t>(i)]) {
         const FaultParameterInfo& of = info(parameter);
         seen.fault.parameters.push_back({std::string(of.name), value / of.unit, sd / of.unit});
         at_3m[i] = value / scale.of(of.quantity);
       }
     }
-    seen.is_small = size_by_smallest(candidate, at_3m, usual) < 1.0;
+    seen.is_small = size_by_smallest(member, at_3m, usual) < 1.0;
     rephrase(seen.fault);
-    result.push_back(std::move(seen));
+    result.faults.push_back(std::move(seen));
   }
+  result.gains_of_nothing = gains_of_nothing(project(all.evidence, fit.theta, sound.likeliest.sd), all.candidates(),
+                                             kPolicy.compare.draws_of_nothing, seed);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -15,10 +16,17 @@ struct SeenFault {
   bool is_small = false;          ///< too little to matter
 };
 
+struct SeenFaults {
+  std::vector<SeenFault> faults;
+  /// The largest log Bayes factor of any of them in campaigns in which nothing is wrong, drawn from the linear model,
+  /// in ascending order.
+  std::vector<double> gains_of_nothing;
+};
+
 /// All members of the library but the current, which moves the ship: their columns go through the filter once, as what
 /// they add to the measurements along the smoothed path, linear in their numbers. What a channel was corrected for
 /// before counts as sound.
-std::vector<SeenFault> seen_faults(const Campaign& campaign, const FittedNull& fit, std::size_t jobs);
+SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::size_t jobs, std::uint64_t seed);
 
 /// The likeliest that may stand beside the faults that were found, with its log Bayes factor as log_odds: it is another
 /// one, matters, and no sensor is early. About as likely ones are its rivals.

@@ -30,9 +30,6 @@ Decision decide_tests(const Found& found, const Policy& policy) {
   if (t.untrained_intervals > 0) return because(Verdict::undecided, Reason::untrained_intervals);
   if (t.samples < limits.fewest_samples) return because(Verdict::undecided, Reason::too_few_samples);
   if (t.effects_tested == 0) return because(Verdict::undecided, Reason::nothing_excited);
-  if (t.error_share > limits.errs_as_much) return because(Verdict::undecided, Reason::errs_as_much);
-  if (!is_of_inputs(t, policy) && t.autocorrelation > limits.not_white && t.whiteness_p < limits.not_white_p)
-    return because(Verdict::undecided, Reason::not_white);
   if (errs_grossly(t.far_parameters, t.error_share, policy)) return because(Verdict::undecided, Reason::far_parameters);
   return because(Verdict::no_mismatch, Reason::nothing_left);
 }

@@ -34,8 +34,6 @@ enum class Reason {
   untrained_intervals,
   too_few_samples,
   nothing_excited,
-  errs_as_much,
-  not_white,
   far_parameters,
   nothing_left,
 };
@@ -58,7 +56,7 @@ Decision decide(const Found& found, const Policy& policy = kPolicy);
 bool errs_grossly(std::size_t far_parameters, double error_share, const Policy& policy = kPolicy);
 
 /// By which p-values of one test become those of all.
-constexpr double tests(const Policy& policy = kPolicy) { return policy.decide.families * policy.decide.alarms_by_rate; }
+constexpr double tests(const Policy& policy = kPolicy) { return policy.decide.families; }
 
 /// p-value below which what has no name is called unknown: the square of the rate.
 constexpr double surely(double false_alarm) { return false_alarm * false_alarm; }

@@ -53,8 +53,6 @@ TestsFound tests_found(const Findings& findings, double intervals_p, const Polic
   }
   found.samples = findings.fit.samples;
   found.effects_tested = d.effects.size();
-  found.autocorrelation = d.largest_autocorrelation;
-  found.whiteness_p = d.whiteness_p_value;
   found.far_parameters = far_parameters(findings.fit, policy);
   return found;
 }

@@ -21,18 +21,8 @@ bool is_faint(double p_value, double false_alarm, const Policy& policy) {
   return p_value >= tests(policy) * surely(false_alarm);
 }
 
-double log_prior_of_fault(std::size_t faults, const Policy& policy) {
-  constexpr double nothing = 0.5;
-  return std::log(policy.sensors.faulty / nothing / static_cast<double>(faults));
-}
-
-double p_value_of_odds(double log_bayes_factor, std::size_t faults, const Policy& policy) {
-  return std::min(1.0, std::exp(-log_bayes_factor - log_prior_of_fault(faults, policy)));
-}
-
-bool is_identified(const FaultOdds& odds, std::size_t faults, double false_alarm, const Policy& policy) {
-  return p_value_of_odds(odds.log_bayes_factor, faults, policy) < false_alarm &&
-         odds.log_bayes_factor > odds.of_best_effect + policy.decide.contradicted;
+bool is_identified(const FaultOdds& odds, double false_alarm, const Policy& policy) {
+  return odds.chance < false_alarm && odds.log_bayes_factor > odds.of_best_effect + policy.decide.contradicted;
 }
 
 bool holds_by_kinematics(const ReadingTest& test, const Policy& policy) {

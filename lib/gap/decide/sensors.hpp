@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-
 #include "gap/policy/policy.hpp"
 
 /// Which faults of sensors and which readings of channels are claimed: pure functions of what their tests found.
@@ -23,14 +21,11 @@ bool is_faint(double p_value, double false_alarm, const Policy& policy = kPolicy
 struct FaultOdds {
   double log_bayes_factor = 0.0;  ///< of the fault, averaged over how large faults are [nats]
   double of_best_effect = 0.0;    ///< ln of the evidence with the best effect and sound sensors, by that without [nats]
+  double chance = 1.0;            ///< how often any fault has so much where nothing is wrong
 };
-/// ln of the prior odds of one fault out of so many against nothing.
-double log_prior_of_fault(std::size_t faults, const Policy& policy = kPolicy);
-/// p-value of a fault: where nothing is wrong, odds of so much are no more frequent (Markov's inequality).
-double p_value_of_odds(double log_bayes_factor, std::size_t faults, const Policy& policy = kPolicy);
 /// Whether a fault is claimed by these odds: they are rarer than the rate where nothing is wrong, and likelier than
 /// the best effect in its place.
-bool is_identified(const FaultOdds& odds, std::size_t faults, double false_alarm, const Policy& policy = kPolicy);
+bool is_identified(const FaultOdds& odds, double false_alarm, const Policy& policy = kPolicy);
 
 /// One way to read a channel against another.
 struct ReadingTest {

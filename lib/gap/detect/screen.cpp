@@ -6,8 +6,8 @@
 
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
-#include "core/random.hpp"
 #include "core/units.hpp"
+#include "gap/detect/gains_of_nothing.hpp"
 #include "gap/detect/score_test.hpp"
 #include "gap/policy/policy.hpp"
 
@@ -188,44 +188,13 @@ std::vector<double> EffectScreen::gains_of_nothing(std::size_t draws, std::uint6
     finite.F.row(i).setZero();
     finite.F.col(i).setZero();
   }
-  // Beside theta, which is integrated out at its likeliest widths, the scores of nothing are N(0, F).
-  const Projected beside = project(finite, theta_, part({}).prior_sd);
-  struct Alone {
-    Eigen::Index first, start;
-    Eigen::VectorXd z;
-    Eigen::LLT<Eigen::MatrixXd> factor;
-    double constant;  // of the gain
-  };
-  std::vector<Alone> alone;
+  std::vector<LinearCandidate> alone;
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     if (candidates_[c].effects.front().recording()) continue;
-    const Eigen::Index n = candidates_[c].z.size(), first = first_[c] - theta_.size(), start = first + n;
-    Eigen::MatrixXd M = beside.F.block(first, first, n, n);
-    M.diagonal().array() += 1.0;
-    Alone one{first, start, candidates_[c].z, Eigen::LLT<Eigen::MatrixXd>(M), 0.0};
-    one.constant =
-        -0.5 * (beside.F(start, start) + one.z.squaredNorm()) - one.factor.matrixLLT().diagonal().array().log().sum();
-    if (std::isfinite(one.constant)) alone.push_back(std::move(one));
+    const Eigen::Index first = first_[c] - theta_.size();
+    alone.push_back({first, candidates_[c].z, first + candidates_[c].z.size()});
   }
-  if (alone.empty() || !beside.F.allFinite()) return {};
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(beside.F);
-  const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  RandomStream random(seed, "gap-nothing");
-  std::vector<double> result;
-  Eigen::VectorXd standard(beside.b.size());
-  for (std::size_t d = 0; d < draws; ++d) {
-    for (double& x : standard) x = random.normal();
-    const Eigen::VectorXd b = root * standard;
-    double most = -std::numeric_limits<double>::infinity();
-    for (const Alone& one : alone) {
-      const Eigen::Index n = one.z.size();
-      const Eigen::VectorXd score = b.segment(one.first, n) - beside.F.block(one.first, one.start, n, 1) - one.z;
-      most = std::max(most, b[one.start] + one.constant + 0.5 * score.dot(one.factor.solve(score)));
-    }
-    result.push_back(most);
-  }
-  std::sort(result.begin(), result.end());
-  return result;
+  return gap::gains_of_nothing(project(finite, theta_, part({}).prior_sd), alone, draws, seed);
 }
 
 Start EffectScreen::start(const std::vector<std::size_t>& set) const {

@@ -38,7 +38,7 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& ch
     const Prior stated = p.prior(ship.particulars.L_pp);
     if (stated.kind != Prior::Kind::log_normal || p.off != 1.0) return stated;
     return log_normal(stated.median, std::max(stated.sd, kPolicy.fit.factor_log_sd),
-                      std::max(p.low, kPolicy.fit.least_factor), std::min(p.high, kPolicy.fit.most_factor));
+                      std::max(p.low, kPolicy.fit.least_factor), stated.high);
   };
   for (std::size_t i = 0; i < parameters_.size(); ++i) {
     const EffectParameter& p = parameters_[i];

@@ -20,8 +20,8 @@ namespace leeway::gap {
 ///     the range.
 ///
 /// A factor on something (1: nothing is missing) gets a log-sd of at least 0.6: stated coefficients have their own
-/// uncertainty already. Parameters that have a default and no neutral value (a place, a shape) keep the default, unless
-/// they are freed.
+/// uncertainty already. It is at most what the catalogue's prior allows. Parameters that have a default and no neutral
+/// value (a place, a shape) keep the default, unless they are freed.
 class FreeEffect {
  public:
   struct Choice {

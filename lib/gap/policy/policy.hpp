@@ -97,8 +97,7 @@ struct FitPolicy {
   std::array<std::int64_t, 2> outliers_at{2, 6};  ///< [iterations] in which outliers are left out: at first, and once events no longer hide them | origin: choice
   std::size_t posterior_draws = 4000;  ///< [draws] for intervals of parameters that are no linear function of z | origin: choice, time
   double factor_log_sd = 0.6;  ///< [ln] least prior sd of a factor: stated coefficients have their own uncertainty already | origin: choice
-  double least_factor = 0.02;  ///< [-] bound of a factor | origin: choice
-  double most_factor = 5.0;  ///< [-] bound of a factor | origin: choice
+  double least_factor = 0.02;  ///< [-] lower bound of a factor; the upper one is the catalogue's | origin: choice
   double difference = 0.01;  ///< [prior sd] of a coordinate, for derivatives | origin: choice
   double direction_difference = 1e-4;  ///< [prior sd] the same of a direction | origin: choice
   double farthest = 8.0;  ///< [prior sd] beyond which a coordinate is not followed | origin: choice
@@ -279,15 +278,11 @@ struct ComparePolicy {
 /// Verdicts, and corrections with the simulator's help.
 struct DecidePolicy {
   double families = 3.0;  ///< [-] families of tests that share the rate of false alarms: of the sensors, for effects, for intervals | origin: theory, Bonferroni
-  double alarms_by_rate = 2.5;  ///< [-] alarms where nothing is missing, by the stated rate | origin: measured, 500 cases of other formulas (docs/proof.md)
   double nearly = 5.0;  ///< [-] p-values up to this times the rate leave it open | origin: choice
   double heldout_sd = 2.0;  ///< [sd] by which an effect must predict better what was held out, tested alone or compared with another hypothesis | origin: choice, one-sided 2 %
   double heldout_sd_if_certain = 1.0;  ///< [sd] the same where p is below the square of the rate | origin: choice
   double error_of_inputs = 0.05;  ///< [-] of the typical acceleration: what inputs between the samples can make | origin: measured, noise-free simulations sampled at 1 Hz
-  double errs_as_much = 0.7;  ///< [-] model error by typical acceleration above which little is predicted at all | origin: choice
   std::size_t fewest_samples = 300;  ///< [measurements] below which nothing can be excluded | origin: choice
-  double not_white = 0.25;  ///< [-] autocorrelation of the innovations that the noise model should not leave | origin: choice
-  double not_white_p = 1e-6;  ///< [-] p-value of whiteness below which that is no chance | origin: choice
   double far_parameter_sd = 4.0;  ///< [stated sd] a parameter farther off stands for something else | origin: choice
   std::size_t far_parameters = 4;  ///< [parameters] as far off: the simulator errs grossly | origin: choice
   std::size_t far_parameters_with_error = 2;  ///< [parameters] as far off beside a large model error: grossly as well | origin: choice

@@ -121,7 +121,6 @@ struct SensorsPolicy {
   double usual_log_bias_mps = 0.02;  ///< [m/s] at 3 m: of an offset of speeds | origin: choice
   double usual_delay_s = 0.5;  ///< [s] at 3 m: of a latency, and of the lag of a filter | origin: choice
   double usual_rate_bias_degps = 0.05;  ///< [deg/s] at 3 m: of a yaw rate's bias | origin: choice
-  double faulty = 0.15;  ///< [-] probability that a sensor is at fault, before any recording is seen; nothing is wrong: a half | origin: choice
 };
 // clang-format on
 

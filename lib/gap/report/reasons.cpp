@@ -54,19 +54,12 @@ std::string sentence_of(Reason reason, const TestsFound& found, const Findings& 
                          found.samples);
     case Reason::nothing_excited:
       return "the recordings excite none of the effects of the catalogue; longer or livelier maneuvers would";
-    case Reason::errs_as_much:
-      return fmt::format(
-          "the {} errs by {:.0f} % of the typical acceleration, in a way that no effect of the catalogue explains",
-          simulator, 100.0 * found.error_share);
-    case Reason::not_white:
-      return fmt::format(
-          "what is left is not white noise (correlation {:.2f}), so that small effects cannot be excluded",
-          found.autocorrelation);
     case Reason::far_parameters:
       return "coefficients had to move far beyond what is stated, and may hide something";
     case Reason::nothing_left:
-      return fmt::format("what remains is what {} and random model error leave",
-                         findings.ensemble ? "the members' spread" : "parameters within their uncertainty");
+      return fmt::format(
+          "what remains is what {} and random model error leave, which is {:.0f} % of the typical acceleration",
+          findings.ensemble ? "the members' spread" : "parameters within their uncertainty", 100.0 * found.error_share);
   }
   return "";
 }

@@ -18,8 +18,6 @@ struct TestsFound {
   std::size_t untrained_intervals = 0;  ///< in which an ensemble was not trained
   std::size_t samples = 0;              ///< scalar measurements
   std::size_t effects_tested = 0;
-  double autocorrelation = 0.0;  ///< largest of the innovations, in absolute value
-  double whiteness_p = 1.0;
   std::size_t far_parameters = 0;  ///< beyond far_parameter_sd
 };
 

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include "gap/decide/sensors.hpp"
+#include "gap/detect/gains_of_nothing.hpp"
 #include "gap/fit/null_fit.hpp"
 #include "gap/simulated_campaign.hpp"
 
@@ -30,6 +31,11 @@ Fitted fitted(const test::Injected& fault) {
 
 const gap::SeenFault& likeliest(const std::vector<gap::SeenFault>& seen) {
   return *std::ranges::max_element(seen, {}, &gap::SeenFault::log_bayes_factor);
+}
+
+bool is_identified(const gap::SeenFaults& seen, double rate) {
+  const double most = likeliest(seen.faults).log_bayes_factor;
+  return gap::is_identified({most, 0.0, gap::chance_of_gain(seen.gains_of_nothing, most)}, rate);
 }
 
 }  // namespace
@@ -64,9 +70,9 @@ TEST_CASE("sensors: the filter sees a planted fault at its size, and none where 
   const double rate = 0.01;
   {
     const Fitted sound = fitted({});
-    const std::vector<gap::SeenFault> seen = gap::seen_faults(sound.campaign, sound.fit, 2);
-    CAPTURE(likeliest(seen).fault.name);
-    CHECK_FALSE(gap::is_identified({likeliest(seen).log_bayes_factor, 0.0}, seen.size(), rate));
+    const gap::SeenFaults seen = gap::seen_faults(sound.campaign, sound.fit, 2, 1);
+    CAPTURE(likeliest(seen.faults).fault.name);
+    CHECK_FALSE(is_identified(seen, rate));
   }
   struct Row {
     const char* name;
@@ -81,10 +87,10 @@ TEST_CASE("sensors: the filter sees a planted fault at its size, and none where 
   for (const Row& row : rows) {
     CAPTURE(row.name);
     const Fitted faulty = fitted(row.fault);
-    const std::vector<gap::SeenFault> seen = gap::seen_faults(faulty.campaign, faulty.fit, 2);
-    const gap::SeenFault& best = likeliest(seen);
+    const gap::SeenFaults seen = gap::seen_faults(faulty.campaign, faulty.fit, 2, 1);
+    const gap::SeenFault& best = likeliest(seen.faults);
     CHECK(best.fault.name == row.name);
-    CHECK(gap::is_identified({best.log_bayes_factor, 0.0}, seen.size(), rate));
+    CHECK(is_identified(seen, rate));
     CHECK_FALSE(best.is_small);
     const gap::Estimate& number = best.fault.parameters.front();
     CHECK(std::abs(number.value - row.size) < 4.0 * number.sd + 0.05 * row.size);

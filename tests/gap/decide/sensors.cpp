@@ -37,13 +37,10 @@ TEST_CASE("decide: of which faults the simulator is asked, and which it identifi
   const double rate = 0.01;
   CHECK(gap::is_faint(gap::tests() * 1.01e-4, rate));
   CHECK_FALSE(gap::is_faint(gap::tests() * 0.99e-4, rate));
-  // One of 15 faults, which together have odds of 0.15 to 0.5: 50 to 1 against it.
-  CHECK(gap::p_value_of_odds(std::log(5000.0), 15) == Approx(0.01));
-  CHECK(gap::p_value_of_odds(0.0, 15) == 1.0);
-  CHECK(gap::is_identified({std::log(5100.0), 0.0}, 15, rate));
-  CHECK_FALSE(gap::is_identified({std::log(4900.0), 0.0}, 15, rate));  // no rarer than the rate where nothing is wrong
-  CHECK(gap::is_identified({20.0, 16.9}, 15, rate));
-  CHECK_FALSE(gap::is_identified({20.0, 17.1}, 15, rate));  // an effect does as well
+  CHECK(gap::is_identified({6.0, 0.0, 0.009}, rate));
+  CHECK_FALSE(gap::is_identified({6.0, 0.0, 0.011}, rate));  // no rarer than the rate where nothing is wrong
+  CHECK(gap::is_identified({20.0, 16.9, 1e-6}, rate));
+  CHECK_FALSE(gap::is_identified({20.0, 17.1, 1e-6}, rate));  // an effect does as well
 }
 
 TEST_CASE("decide: when another reading of a channel is claimed", "[gap][decide]") {
