@@ -50,8 +50,8 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   found.chance_of_latent = std::exp(-std::max(0.0, selection.latent_log_odds));
   found.log_odds_of_chosen = comparison.log_odds(selection.chosen);
   for (std::size_t i = 1; i < selection.stated.size(); ++i)
-    found.is_likelier |=
-        selection.stated[i] > selection.stated[0] &&
+    found.is_likelier_than_not |=
+        selection.stated[i] > kPolicy.compare.likelier_than_not &&
         (selection.error >= kPolicy.decide.error_of_forms || !has_terms(comparison.all()[i].hypothesis.names()));
   found.left_p = selection.left_p_value;
   found.is_negligible = selection.is_negligible;

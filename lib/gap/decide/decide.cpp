@@ -54,10 +54,10 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
   // Seen, but barely, and nothing missing is the likeliest, or too little to be called unknown: neither claimed nor
   // denied.
   if (verdict == Verdict::mismatch && !h.is_named && (!errs || tests_p >= surely(rate))) verdict = Verdict::undecided;
-  // Close to the rate, as where the tests are, or likelier than nothing, but not shown: neither claimed nor denied.
+  // Close to the rate, as where the tests are, or likelier than not, but not shown: neither claimed nor denied.
   if (verdict == Verdict::no_mismatch) {
     decision.p_value = std::min(tests_p, tests(policy) * std::min(h.chance_of_best, h.chance_of_latent));
-    if (decision.p_value < limits.nearly * rate || h.is_likelier) verdict = Verdict::undecided;
+    if (decision.p_value < limits.nearly * rate || h.is_likelier_than_not) verdict = Verdict::undecided;
   }
   if (verdict != Verdict::mismatch) return;
 

@@ -251,11 +251,11 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
          h.chance_of_best = 0.051 / gap::tests();
        },
        Verdict::no_mismatch, false, false, true},
-      {"the same, and it is likelier than nothing: undecided",
+      {"the same, and it is likelier than not: undecided",
        [](Found&, HypothesesFound& h) {
          h.is_named = false;
          h.chance_of_best = 0.051 / gap::tests();
-         h.is_likelier = true;
+         h.is_likelier_than_not = true;
        },
        Verdict::undecided, false, false, true},
       {"no name and nothing seen, but what has none is nearly rare: undecided",
