@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/errors.hpp"
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
 #include "core/statistics.hpp"
@@ -248,8 +249,12 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
     fit.prior_sd = near_by->prior_sd;
     fit.scale = near_by->scale;
     // Outliers are judged by its noise: levels that moved first would hide them.
-    fit.report.converged =
-        climb.until_converged(options.most_iterations / 2, Judged::all, kPolicy.fit.outliers_at.front() + 1);
+    try {
+      fit.report.converged =
+          climb.until_converged(options.most_iterations / 2, Judged::all, kPolicy.fit.outliers_at.front() + 1);
+    } catch (const NumericalError&) {  // with its coefficients the simulator runs away along the measurements
+      return fit_null(campaign, options);
+    }
   }
   if (!fit.report.converged) fit_from_stated(climb, options, fit);
   fit_receiver(campaign, options, climb, fit);

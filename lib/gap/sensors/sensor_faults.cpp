@@ -79,9 +79,9 @@ const std::vector<FaultCandidate>& fault_library() {
       {"position-latency", {{position_latency}}},
       {"rate-bias", {{rate_bias}}, kShows},
       {"rate-scale", {{rate_scale}}, kShows},
-      {"sensor-filter", {{velocity_filter}}},
-      {"sensor-filter", {{velocity_filter, rate_filter}}},
-      {"sensor-filter", {{velocity_filter, rate_filter, heading_filter}}},
+      {"sensor-filter", {{velocity_filter}}, kLate},
+      {"sensor-filter", {{velocity_filter, rate_filter}}, kLate},
+      {"sensor-filter", {{velocity_filter, rate_filter, heading_filter}}, kLate},
   };
   return library;
 }

@@ -26,7 +26,7 @@ TEST_CASE("sensor faults: members of one name have the same traits, and name sim
             return other.name == first.simpler && other.numbers.size() < fault.numbers.size();
           }));
   }
-  CHECK(late == std::set<std::string_view>{"velocity-latency", "heading-latency", "rate-latency"});
+  CHECK(late == std::set<std::string_view>{"velocity-latency", "heading-latency", "rate-latency", "sensor-filter"});
   CHECK(in_forces ==
         std::set<std::string_view>{"heading-bias", "lever-arm", "log-scale", "log-bias", "rate-bias", "rate-scale"});
   CHECK_FALSE(gap::traits_of("tug").shows_in_forces);
