@@ -1,5 +1,6 @@
 #include "gap/detect/gains_of_nothing.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <catch2/catch.hpp>
