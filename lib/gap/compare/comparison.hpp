@@ -75,7 +75,9 @@ class Comparison {
   /// inverse proportion to the odds (Markov's inequality). 1 where nothing was screened beside it.
   double chance_of(std::size_t i, std::size_t than = 0) const;
   /// Whether that is rarer than the rate, in all families of tests.
-  bool is_rare(std::size_t i, std::size_t than) const { return tests() * chance_of(i, than) < options_.false_alarm; }
+  bool is_rare(std::size_t i, std::size_t than) const {
+    return kPolicy.decide.families * chance_of(i, than) < options_.false_alarm;
+  }
   std::vector<double> probabilities() const { return gap::probabilities(all_, screened_, campaign_.ship); }
   /// Whether it is stated as likelier than all others together.
   bool is_likelier_than_not(std::size_t i) const { return probabilities()[i] > kPolicy.compare.likelier_than_not; }

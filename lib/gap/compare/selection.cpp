@@ -372,7 +372,7 @@ class Selector {
     std::ranges::sort(likelier, std::greater(), [&](std::size_t i) { return stated[i]; });
     const auto holds = std::ranges::find_if(likelier, [&](std::size_t i) { return comparison_.holds(i, best, false); });
     if (holds != likelier.end()) best = *holds;
-    Likeliest likeliest{stated[best], stated[0], 0.0, tests() * comparison_.chance_of(best), p_value};
+    Likeliest likeliest{stated[best], stated[0], 0.0, kPolicy.decide.families * comparison_.chance_of(best), p_value};
     for (std::size_t i = 1; i < stated.size(); ++i)
       if (!may_be(i)) likeliest.of_other_forms = std::max(likeliest.of_other_forms, stated[i]);
     if (is_certain(likeliest, rate) && comparison_.holds(best, 0, is_likelier(likeliest, rate)))

@@ -15,8 +15,8 @@ namespace leeway::gap {
 void share_rate(Audit& audit) {
   for (std::vector<Fault>* faults : {&audit.faults, &audit.hypotheses})
     for (Fault& fault : *faults) {
-      fault.p_value = std::min(1.0, tests() * fault.p_value);
-      for (Fault& rival : fault.rivals) rival.p_value = std::min(1.0, tests() * rival.p_value);
+      fault.p_value = std::min(1.0, kPolicy.decide.families * fault.p_value);
+      for (Fault& rival : fault.rivals) rival.p_value = std::min(1.0, kPolicy.decide.families * rival.p_value);
     }
 }
 

@@ -111,7 +111,7 @@ void Investigator::audit_sensors() {
   Findings& findings = result.findings;
   AuditOptions audit_options;
   audit_options.scale = scale_;
-  audit_options.false_alarm = options_.false_alarm / tests();
+  audit_options.false_alarm = options_.false_alarm / kPolicy.decide.families;
   audit_options.jobs = options_.jobs;
   audit_options.seed = options_.seed;
   findings.audit = audit(reread_, audit_options);
@@ -164,14 +164,14 @@ void Investigator::identify_faults() {
     const SeenFaults seen = seen_faults(result.campaign, result.null, options_.jobs, options_.seed);
     const std::optional<Fault> likeliest = likeliest_of(seen.faults, faults, findings.audit.hypotheses);
     if (!likeliest || seen.gains_of_nothing.empty()) return;
-    const double rate = options_.false_alarm / tests();
+    const double rate = options_.false_alarm / kPolicy.decide.families;
     FaultOdds odds{likeliest->log_odds, 0.0, chance_of_gain(seen.gains_of_nothing, likeliest->log_odds)};
     // The effects in its place are fitted where it matters alone.
     if (!is_identified(odds, rate)) return;
     odds.of_best_effect = best_evidence(result.campaign, result.null, options_) - log_evidence(result.null);
     if (!is_identified(odds, rate)) return;
     faults.push_back(*likeliest);
-    faults.back().p_value = std::min(1.0, tests() * odds.chance);
+    faults.back().p_value = std::min(1.0, kPolicy.decide.families * odds.chance);
     faults.back().log_odds = 0.0;
     findings.audit.notices.push_back(
         fmt::format("{}: the kinematics alone leave it open, but with it the simulator follows the recordings better "

@@ -15,7 +15,8 @@ bool is_of_inputs(const TestsFound& tests, const Policy& policy) {
 Decision decide_tests(const Found& found, const Policy& policy) {
   const TestsFound& t = found.tests;
   const DecidePolicy& limits = policy.decide;
-  const double rate = found.false_alarm, p = std::min(1.0, tests(policy) * std::min(t.effects_p, t.intervals_p));
+  const double rate = found.false_alarm,
+               p = std::min(1.0, policy.decide.families * std::min(t.effects_p, t.intervals_p));
   const bool improves = t.heldout_gain > limits.heldout_sd * t.heldout_gain_sd ||
                         (t.heldout_gain > limits.heldout_sd_if_certain * t.heldout_gain_sd && p < surely(rate));
   const auto because = [&](Verdict verdict, Reason reason) { return Decision{verdict, p, reason}; };
@@ -42,21 +43,21 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
   Verdict& verdict = decision.verdict;
   if (!h.is_named && h.is_latent) {
     verdict = Verdict::mismatch;
-    decision.p_value = std::min(tests_p, tests(policy) * h.chance_of_latent);
+    decision.p_value = std::min(tests_p, policy.decide.families * h.chance_of_latent);
     decision.claims_unknown = true;
     decision.is_complete = false;
     return;
   }
   if (h.is_named) {
     verdict = Verdict::mismatch;
-    decision.p_value = std::min(tests_p, tests(policy) * h.chance_of_best);
+    decision.p_value = std::min(tests_p, policy.decide.families * h.chance_of_best);
   }
   // Seen, but barely, and nothing missing is the likeliest, or too little to be called unknown: neither claimed nor
   // denied.
   if (verdict == Verdict::mismatch && !h.is_named && (!errs || tests_p >= surely(rate))) verdict = Verdict::undecided;
   // Close to the rate, as where the tests are, or likelier than not, but not shown: neither claimed nor denied.
   if (verdict == Verdict::no_mismatch) {
-    decision.p_value = std::min(tests_p, tests(policy) * std::min(h.chance_of_best, h.chance_of_latent));
+    decision.p_value = std::min(tests_p, policy.decide.families * std::min(h.chance_of_best, h.chance_of_latent));
     if (decision.p_value < limits.nearly * rate || h.is_likelier_than_not) verdict = Verdict::undecided;
   }
   if (verdict != Verdict::mismatch) return;
@@ -120,7 +121,7 @@ bool is_certain(const Likeliest& best, double false_alarm) {
 }
 
 bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy) {
-  return tests(policy) * std::exp(-latent.log_odds) < false_alarm && !is_of_inputs(latent.tests, policy);
+  return policy.decide.families * std::exp(-latent.log_odds) < false_alarm && !is_of_inputs(latent.tests, policy);
 }
 
 bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy) {

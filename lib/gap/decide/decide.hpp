@@ -55,9 +55,6 @@ Decision decide(const Found& found, const Policy& policy = kPolicy);
 /// Whether parameters are so far off, and so much is left, that this may be another ship.
 bool errs_grossly(std::size_t far_parameters, double error_share, const Policy& policy = kPolicy);
 
-/// By which p-values of one test become those of all.
-constexpr double tests(const Policy& policy = kPolicy) { return policy.decide.families; }
-
 /// p-value below which what has no name is called unknown: the square of the rate.
 constexpr double surely(double false_alarm) { return false_alarm * false_alarm; }
 /// The same beside what is named, whose form may be a little other than the catalogue's.

@@ -18,7 +18,7 @@ bool is_found(const FaultTest& test, double false_alarm, const Policy& policy) {
 }
 
 bool is_faint(double p_value, double false_alarm, const Policy& policy) {
-  return p_value >= tests(policy) * surely(false_alarm);
+  return p_value >= policy.decide.families * surely(false_alarm);
 }
 
 bool is_identified(const FaultOdds& odds, double false_alarm, const Policy& policy) {

@@ -198,7 +198,7 @@ struct ComparePolicy {
   double least_current_sd = 0.02;  ///< [-] of the greatest sd of a varying current: from there the grid of its sd begins | origin: choice
   double far_behind_best_start = 5.0;  ///< [nats] of expected gain behind the best start: not tried | origin: choice, time
   double worse_than_without = 2.0;  ///< [nats] below the fit without an effect, or at another scale of the coefficients: it has converged to a worse optimum | origin: choice; at 0 a rudder that lost half its force stayed at 0.67 +- 0.30 for 0.75 nats (docs/gap-method.md)
-  double likelier_than_not = 0.5;  ///< [-] stated probability above which a set is chosen against one of fewer names | origin: theory, then fewest names are wrong or missing (Barbieri & Berger 2004, Annals of Statistics 32); without it a pair of an opened development set stated with 0.67 has one name less
+  double likelier_than_not = 0.5;  ///< [-] stated probability above which a set is chosen against one of fewer names, and nothing missing is not claimed | origin: theory, then fewest names are wrong or missing (Barbieri & Berger 2004, Annals of Statistics 32); without it a pair of an opened development set stated with 0.67 has one name less; what is likelier than nothing missing left 6 of 135 nulls undecided besides
   double strong_odds_beside = 5.0;  ///< [nats] posterior odds of one hypothesis against another that count as strong: 150 to 1 | origin: choice
   double worth_a_name = 0.02;  ///< [-] of the typical acceleration that a further effect must take away where no more is left than inputs between samples make | origin: choice
   double converged_gain = 0.5;  ///< [nats] by which a fit may still gain | origin: choice

@@ -27,7 +27,9 @@ Found nothing_seen() {
 }
 
 // p-values of a test that is this many times the rate, once all families share it.
-double p_of(double times_rate, const Found& found) { return times_rate * found.false_alarm / gap::tests(); }
+double p_of(double times_rate, const Found& found) {
+  return times_rate * found.false_alarm / gap::kPolicy.decide.families;
+}
 
 // Something is named, with odds that nothing missing has in one of a million campaigns.
 HypothesesFound named() {
@@ -248,13 +250,13 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
       {"nothing at all",
        [](Found&, HypothesesFound& h) {
          h.is_named = false;
-         h.chance_of_best = 0.051 / gap::tests();
+         h.chance_of_best = 0.051 / gap::kPolicy.decide.families;
        },
        Verdict::no_mismatch, false, false, true},
       {"the same, and it is likelier than not: undecided",
        [](Found&, HypothesesFound& h) {
          h.is_named = false;
-         h.chance_of_best = 0.051 / gap::tests();
+         h.chance_of_best = 0.051 / gap::kPolicy.decide.families;
          h.is_likelier_than_not = true;
        },
        Verdict::undecided, false, false, true},
@@ -262,7 +264,7 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
        [](Found&, HypothesesFound& h) {
          h.is_named = false;
          h.chance_of_best = 1.0;
-         h.chance_of_latent = 0.049 / gap::tests();
+         h.chance_of_latent = 0.049 / gap::kPolicy.decide.families;
        },
        Verdict::undecided, false, false, true},
   };
@@ -311,7 +313,7 @@ TEST_CASE("decide: a fault of a sensor is a mismatch, whatever is found of the f
 TEST_CASE("decide: a name's p-value is how often nothing missing has such odds, for all families", "[gap][decide]") {
   Found found = nothing_seen();
   found.hypotheses = named();
-  CHECK(gap::decide(found).p_value == Approx(gap::tests() * 1e-6).epsilon(1e-12));
+  CHECK(gap::decide(found).p_value == Approx(gap::kPolicy.decide.families * 1e-6).epsilon(1e-12));
 }
 
 TEST_CASE("decide: thresholds come from the policy that is given", "[gap][decide]") {
@@ -392,7 +394,7 @@ TEST_CASE("decide: what has no name is claimed by what it depends on", "[gap][de
   CHECK(!gap::is_claimed(latent, 0.01));
   CHECK(gap::is_rare(latent, 0.01));
   latent.log_odds_of_names = -5.0;
-  latent.log_odds = std::log(gap::tests() / 0.01) - 0.1;  // Markov's inequality for all tests
+  latent.log_odds = std::log(gap::kPolicy.decide.families / 0.01) - 0.1;  // Markov's inequality for all tests
   CHECK(!gap::is_claimed(latent, 0.01));
   latent.log_odds += 0.2;
   CHECK(gap::is_claimed(latent, 0.01));

@@ -35,8 +35,8 @@ TEST_CASE("decide: when a fault of a sensor is found", "[gap][decide]") {
 
 TEST_CASE("decide: of which faults the simulator is asked, and which it identifies", "[gap][decide]") {
   const double rate = 0.01;
-  CHECK(gap::is_faint(gap::tests() * 1.01e-4, rate));
-  CHECK_FALSE(gap::is_faint(gap::tests() * 0.99e-4, rate));
+  CHECK(gap::is_faint(gap::kPolicy.decide.families * 1.01e-4, rate));
+  CHECK_FALSE(gap::is_faint(gap::kPolicy.decide.families * 0.99e-4, rate));
   CHECK(gap::is_identified({6.0, 0.0, 0.009}, rate));
   CHECK_FALSE(gap::is_identified({6.0, 0.0, 0.011}, rate));  // no rarer than the rate where nothing is wrong
   CHECK(gap::is_identified({20.0, 16.9, 1e-6}, rate));
