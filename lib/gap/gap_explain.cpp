@@ -108,9 +108,11 @@ void finish_calibration(Explanation& explanation, const FittedNull& fit) {
 // The verdict, and what is claimed. Whether it is among names that a maneuver might distinguish.
 bool decide_explanation(Explanation& explanation, const Findings& findings, const Comparison& comparison,
                         const Selection& selection, double false_alarm, double L_pp) {
-  std::optional<HypothesesFound> hypotheses;
-  if (!explanation.calibration) hypotheses = hypotheses_found(comparison, selection, findings.fit, L_pp);
-  const Decision decision = decide({false_alarm, findings.tests, hypotheses, sensors_found(findings)});
+  Found found{false_alarm, findings.tests, std::nullopt, sensors_found(findings)};
+  if (!explanation.calibration) found.hypotheses = hypotheses_found(comparison, selection, findings.fit, L_pp);
+  // What gap-locate's fit had not reached may be reached by going on with it.
+  found.tests.converged |= comparison.none().fit.report.converged;
+  const Decision decision = decide(found);
   explanation.verdict = decision.verdict;
   explanation.p_value = decision.p_value;
   explanation.left_p_value = selection.left_p_value;

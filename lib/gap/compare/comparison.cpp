@@ -64,7 +64,7 @@ Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const C
   if (options.none_is_possible) fit_as_stated(none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
-  none.fold_evidence = fold_evidence(none.fit, blocks_, folds_);
+  none.fold_evidence = fold_evidence(blocks_, folds_, none.fit.theta, none.fit.prior_sd);
   all_.push_back(std::move(none));
 }
 
@@ -233,7 +233,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
 
 void Comparison::judge(Fitted& fitted) const {
   const Blocks blocks = blocks_of(campaign_, fitted.fit, fitted.fit.noise, {0, nullptr}, options_.jobs);
-  fitted.fold_evidence = fold_evidence(fitted.fit, blocks, folds_);
+  fitted.fold_evidence = fold_evidence(blocks, folds_, fitted.fit.theta, fitted.fit.prior_sd);
   fitted.kappa = overdispersion_of(fitted.fit, blocks);
   std::tie(fitted.gain, fitted.gain_sd) = gain(fitted, none());
 }
@@ -300,7 +300,7 @@ bool Comparison::refit_none(std::size_t from) {
   expected_.clear();
   all_.push_back(std::move(*none));
   blocks_ = blocks_of(campaign_, all_.front().fit, all_.front().fit.noise, {0, nullptr}, options_.jobs);
-  all_.front().fold_evidence = fold_evidence(all_.front().fit, blocks_, folds_);
+  all_.front().fold_evidence = fold_evidence(blocks_, folds_, all_.front().fit.theta, all_.front().fit.prior_sd);
   return true;
 }
 
@@ -401,24 +401,13 @@ void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
   fitted.log_evidence = gap::log_evidence(fit);
 }
 
-std::pair<double, double> Comparison::gain(const Fitted& better, const Fitted& than) const {
-  const auto n = static_cast<double>(folds_.size());
-  double sum = 0.0, square = 0.0;
-  for (std::size_t f = 0; f < folds_.size(); ++f) {
-    const double g = better.fold_evidence[f] - than.fold_evidence[f];
-    sum += g;
-    square += g * g;
-  }
-  const double variance = n > 1.0 ? std::max(0.0, (square - sum * sum / n) / (n - 1.0)) : 0.0;
-  return {sum, std::sqrt(variance * n)};
-}
-
 double Comparison::chance_of(std::size_t i, std::size_t than) const {
   const auto drawn = gains_of_nothing_.find(than);
-  if (drawn == gains_of_nothing_.end() || drawn->second.empty() || i == than) return 1.0;
+  if (drawn == gains_of_nothing_.end() || i == than) return 1.0;
   const double odds = log_odds(i) - log_odds(than);
   // The drawn campaigns know the noise levels, which so few measurements do not tell.
-  if (none().fit.report.samples < kPolicy.decide.fewest_samples) return std::min(1.0, std::exp(-odds));
+  if (drawn->second.empty() || none().fit.report.samples < kPolicy.decide.fewest_samples)
+    return std::min(1.0, std::exp(-odds));
   return chance_of_gain(drawn->second, odds - log_prior_odds_of_one(all_[than].hypothesis.names().size()));
 }
 

@@ -68,7 +68,9 @@ class Comparison {
   bool refit_none(std::size_t from);
 
   /// Sum over the folds of what `better` predicts better, and its standard error [nats].
-  std::pair<double, double> gain(const Fitted& better, const Fitted& than) const;
+  static std::pair<double, double> gain(const Fitted& better, const Fitted& than) {
+    return heldout_gain(better.fold_evidence, than.fold_evidence);
+  }
   double log_odds(std::size_t i) const { return gap::log_odds(all_, i); }
   /// How often one effect or another would have such odds beside those of `than` (0: none) where these are all that is
   /// missing, in campaigns drawn from the linear model about that fit; beyond them, and where little was recorded, in

@@ -41,31 +41,8 @@ std::vector<EffectSpan> spans_of(const Hypothesis& hypothesis) {
   return spans;
 }
 
-Evidence without(const Evidence& total, const Blocks& blocks, const std::vector<std::size_t>& fold) {
-  Evidence others = total;
-  for (const std::size_t i : fold) {
-    others.b -= blocks.evidence[i].b;
-    others.F -= blocks.evidence[i].F;
-    others.log_likelihood -= blocks.evidence[i].log_likelihood;
-    others.measurements -= blocks.evidence[i].measurements;
-  }
-  return others;
-}
-
 Eigen::VectorXd refitted(const FittedNull& fit, const Evidence& evidence) {
   return fit.theta + curvature(evidence.F, fit).llt().solve(evidence.b - pull(fit));
-}
-
-// ln p(what was left out | the rest), with the parameters integrated out.
-std::vector<double> fold_evidence(const FittedNull& fit, const Blocks& blocks,
-                                  const std::vector<std::vector<std::size_t>>& folds) {
-  const Evidence total = blocks.total();
-  const double all = marginal(total, fit.theta, fit.prior_sd);
-  std::vector<double> result;
-  result.reserve(folds.size());
-  for (const std::vector<std::size_t>& fold : folds)
-    result.push_back(all - marginal(without(total, blocks, fold), fit.theta, fit.prior_sd));
-  return result;
 }
 
 // How much correlation between blocks widens what is known of the effects' strength.

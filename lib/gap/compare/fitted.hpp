@@ -24,8 +24,6 @@ struct Fitted {
 /// Names of its effects.
 std::set<std::string> name_set(const Hypothesis& hypothesis);
 
-/// The evidence of all blocks but those of a fold.
-Evidence without(const Evidence& total, const Blocks& blocks, const std::vector<std::size_t>& fold);
 /// The best theta near a fit's for other evidence.
 Eigen::VectorXd refitted(const FittedNull& fit, const Evidence& evidence);
 
@@ -35,10 +33,6 @@ struct EffectSpan {
   Eigen::Index first = 0, count = 0;    ///< coordinates
 };
 std::vector<EffectSpan> spans_of(const Hypothesis& hypothesis);
-
-/// ln p(what was left out | the rest) by fold, with the parameters integrated out.
-std::vector<double> fold_evidence(const FittedNull& fit, const Blocks& blocks,
-                                  const std::vector<std::vector<std::size_t>>& folds);
 
 /// How much correlation between blocks widens what is known of the effects' strength: a factor on variances.
 double overdispersion_of(const FittedNull& fit, const Blocks& blocks);

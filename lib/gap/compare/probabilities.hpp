@@ -26,9 +26,9 @@ double log_prior(const Hypothesis& hypothesis);
 /// from all evidence what it takes from that of the likeliest, or of its own, if that is more.
 double log_odds(const std::vector<Fitted>& all, std::size_t i);
 
-/// The same of forces that the catalogue does not hold, the likeliest kind first, beside nothing missing; all kinds
+/// The same of forces that the catalogue does not hold, the likeliest kind first, beside so many effects; all kinds
 /// together are believed like one effect.
-double log_odds_of(const std::vector<LatentForce>& kinds);
+double log_odds_of(const std::vector<LatentForce>& kinds, std::size_t beside = 0);
 
 /// The least odds of nothing against something that a p-value leaves: -e p ln p (Sellke, Bayarri & Berger 2001, The
 /// American Statistician 55, 62-71).

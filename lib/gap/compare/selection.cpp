@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <set>
 
 #include "gap/compare/latent_forces.hpp"
@@ -271,16 +272,28 @@ class Selector {
     return {selection_.latent_log_odds, most + std::log(names), findings_.tests};
   }
 
-  /// That, where it is likelier than all names together.
+  /// That, where it is likelier than all names together; the chosen ones only where they hold beside it.
   void take_latent() {
+    const std::size_t chosen = selection_.chosen;
     selection_.is_latent = is_claimed(latent(), options_.locate.false_alarm);
-    if (selection_.is_latent) selection_.chosen = 0;
+    if (!selection_.is_latent || chosen == 0) return;
+    const std::vector<LatentForce> alone = selection_.latent;
+    find_kinds_beside(chosen);
+    const std::vector<std::string> names = hypothesis(chosen).names();
+    LatentFound both = latent();
+    both.log_odds_with_chosen = comparison_.log_odds(chosen) + log_odds_of(selection_.latent, names.size());
+    if (!has_terms(names) && holds_beside(both, options_.locate.false_alarm)) return;
+    selection_.chosen = 0;
+    selection_.latent = alone;
   }
 
   /// Latent forces beside a fit; terms, where they were fitted, are another form of what depends on states. That
   /// other forms of the ship's own forces do as well: where they leave as much it has to be surer.
   void find_kinds_beside(std::size_t i) {
-    selection_.latent = latent_forces(campaign_, comparison_.all()[i].fit, options_.locate.jobs);
+    auto known = latent_beside_.find(i);
+    if (known == latent_beside_.end())
+      known = latent_beside_.emplace(i, latent_forces(campaign_, comparison_.all()[i].fit, options_.locate.jobs)).first;
+    selection_.latent = known->second;
     std::set<std::string> bare = name_set(hypothesis(i));
     bare.erase(name_of_terms());
     if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
@@ -372,11 +385,10 @@ class Selector {
     std::ranges::sort(likelier, std::greater(), [&](std::size_t i) { return stated[i]; });
     const auto holds = std::ranges::find_if(likelier, [&](std::size_t i) { return comparison_.holds(i, best, false); });
     if (holds != likelier.end()) best = *holds;
-    Likeliest likeliest{stated[best], stated[0], 0.0, kPolicy.decide.families * comparison_.chance_of(best), p_value};
+    Likeliest likeliest{stated[best], 0.0, kPolicy.decide.families * comparison_.chance_of(best)};
     for (std::size_t i = 1; i < stated.size(); ++i)
       if (!may_be(i)) likeliest.of_other_forms = std::max(likeliest.of_other_forms, stated[i]);
-    if (is_certain(likeliest, rate) && comparison_.holds(best, 0, is_likelier(likeliest, rate)))
-      selection_.chosen = best;
+    if (is_certain(likeliest, rate) && comparison_.holds(best, 0, p_value < rate)) selection_.chosen = best;
     if (selection_.chosen == 0) selection_.left_p_value = p_value;
   }
 
@@ -464,7 +476,8 @@ class Selector {
   bool is_searched_;  // not only a few, to know that nothing is likelier than them
   std::size_t likeliest_ = 0;
   std::vector<Comparison::ExpectedGain> singles_, pairs_;
-  std::vector<Interval> intervals_;  ///< in which effects that begin and end were sought
+  std::vector<Interval> intervals_;                                ///< in which effects that begin and end were sought
+  std::map<std::size_t, std::vector<LatentForce>> latent_beside_;  ///< fits
   Selection selection_;
 };
 

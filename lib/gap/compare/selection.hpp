@@ -22,7 +22,7 @@ struct Selection {
   /// What the catalogue does not hold, by kind, the likeliest first, beside what is claimed; empty where nobody asks.
   std::vector<LatentForce> latent;
   double latent_log_odds = 0.0;  ///< of all kinds together, beside nothing missing
-  bool is_latent = false;        ///< whether that is claimed, if no name is
+  bool is_latent = false;        ///< whether that is claimed, alone or beside what was chosen
 };
 
 /// Fits the likeliest effects one by one, then pairs, places, a tug and terms of the unknown, and chooses: what is

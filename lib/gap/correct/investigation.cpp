@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "gap/compare/latent_forces.hpp"
 #include "gap/correct/faults.hpp"
 #include "gap/correct/seen_faults.hpp"
 #include "gap/correct/wind_reading.hpp"
@@ -162,13 +163,18 @@ void Investigator::identify_faults() {
   std::vector<Fault>& faults = findings.audit.faults;
   while (options_.correct && !ensemble_ && findings.audit.is_checked && faults.size() < kPolicy.sensors.most_faults) {
     const SeenFaults seen = seen_faults(result.campaign, result.null, options_.jobs, options_.seed);
-    const std::optional<Fault> likeliest = likeliest_of(seen.faults, faults, findings.audit.hypotheses);
+    const std::optional<Fault> likeliest = likeliest_of(seen.faults, faults);
     if (!likeliest || seen.gains_of_nothing.empty()) return;
     const double rate = options_.false_alarm / kPolicy.decide.families;
-    FaultOdds odds{likeliest->log_odds, 0.0, chance_of_gain(seen.gains_of_nothing, likeliest->log_odds)};
-    // The effects in its place are fitted where it matters alone.
+    FaultOdds odds{.log_bayes_factor = likeliest->log_odds,
+                   .chance = chance_of_gain(seen.gains_of_nothing, likeliest->log_odds),
+                   .heldout_gain = likeliest->heldout_gain,
+                   .heldout_gain_sd = likeliest->heldout_gain_sd};
+    // The forces in its place are fitted where it matters alone.
     if (!is_identified(odds, rate)) return;
-    odds.of_best_effect = best_evidence(result.campaign, result.null, options_) - log_evidence(result.null);
+    odds.of_best_force = best_evidence(result.campaign, result.null, options_) - log_evidence(result.null);
+    for (const LatentForce& latent : latent_forces(result.campaign, result.null, options_.jobs))
+      odds.of_best_force = std::max(odds.of_best_force, latent.log_evidence);
     if (!is_identified(odds, rate)) return;
     faults.push_back(*likeliest);
     faults.back().p_value = std::min(1.0, kPolicy.decide.families * odds.chance);

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "core/linear_algebra.hpp"
-#include "core/parallel.hpp"
 #include "gap/correct/faults.hpp"
+#include "gap/detect/blocks.hpp"
 #include "gap/detect/gains_of_nothing.hpp"
 #include "gap/detect/score_test.hpp"
 #include "gap/fit/coefficient_scale.hpp"
@@ -74,18 +75,15 @@ std::vector<PointColumns> columns_along(const Stretch& stretch, const std::vecto
 }
 
 // Evidence about theta and the parameters of all faults.
-Evidence evidence_of_faults(const FittedNull& fit, const FroudeScale& scale, std::size_t jobs) {
+Blocks evidence_of_faults(const Campaign& campaign, const FittedNull& fit, const FroudeScale& scale, std::size_t jobs) {
   const double usual_delay_s = kPolicy.sensors.usual_delay_s * scale.time;
-  std::vector<Evidence> parts(fit.stretches.size());
-  parallel_for(parts.size(), jobs, [&](std::size_t s) {
+  const auto evidence_of = [&](std::size_t s, std::size_t points) {
     const std::vector<PointColumns> columns =
         columns_along(*fit.stretches[s].data, fit.smoothed[s].state, usual_delay_s);
-    parts[s] = evidence(fit.stretches[s], fit.noise, 0, nullptr,
-                        {kCount, [&](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) { out = columns[k]; }});
-  });
-  Evidence total(fit.theta.size() + kCount);
-  for (const Evidence& part : parts) total += part;
-  return total;
+    return evidence_by_blocks(fit.stretches[s], fit.noise, points, 0, nullptr,
+                              {kCount, [&](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) { out = columns[k]; }});
+  };
+  return blocks_of(campaign, fit.stretches.size(), evidence_of, jobs);
 }
 
 Usual usual_of(const Campaign& campaign, const FroudeScale& scale) {
@@ -112,9 +110,11 @@ struct Numbers {
   std::vector<const FaultCandidate*> members;
   std::vector<Eigen::Index> first;  // of the numbers of each member, in `unit`
   Eigen::VectorXd theta, unit;      // unit: SI
-  Evidence evidence;                // about theta and all numbers
+  Blocks blocks;                    // about theta and all numbers
+  Evidence total;                   // of all blocks
 
-  Numbers(const Evidence& total, const Eigen::VectorXd& known, const FroudeScale& scale) : theta(known) {
+  // of_parameters: about theta and the parameters of all faults
+  Numbers(const Blocks& of_parameters, const Eigen::VectorXd& known, const FroudeScale& scale) : theta(known) {
     std::vector<double> units;
     std::vector<const std::vector<FaultParameter>*> by;
     for (const FaultCandidate& member : fault_library()) {
@@ -128,27 +128,30 @@ struct Numbers {
     }
     const Eigen::Index n = theta.size(), count = static_cast<Eigen::Index>(units.size());
     unit = Eigen::Map<const Eigen::VectorXd>(units.data(), count);
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(total.b.size(), n + count);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n + kCount, n + count);
     columns.topLeftCorner(n, n).setIdentity();
     for (Eigen::Index i = 0; i < count; ++i)
       for (const FaultParameter parameter : *by[static_cast<std::size_t>(i)])
         columns(n + static_cast<Eigen::Index>(parameter), n + i) = unit[i];
-    evidence = Evidence(n + count);
-    evidence.log_likelihood = total.log_likelihood;
-    evidence.b = columns.transpose() * total.b;
-    evidence.F = columns.transpose() * total.F * columns;
+    blocks = of_parameters;
+    for (Evidence& block : blocks.evidence) {
+      block.b = (columns.transpose() * block.b).eval();
+      block.F = (columns.transpose() * block.F * columns).eval();
+    }
+    total = blocks.total();
   }
 
   Eigen::Index count_of(std::size_t member) const { return static_cast<Eigen::Index>(members[member]->numbers.size()); }
-  /// Evidence about theta and the numbers of one member.
-  Evidence beside(std::size_t member) const {
+  /// Evidence about theta and the numbers of one member, or of none.
+  Blocks beside(std::optional<std::size_t> member) const {
     std::vector<Eigen::Index> places;
     for (Eigen::Index i = 0; i < theta.size(); ++i) places.push_back(i);
-    for (Eigen::Index i = 0; i < count_of(member); ++i) places.push_back(theta.size() + first[member] + i);
-    Evidence result(static_cast<Eigen::Index>(places.size()));
-    result.log_likelihood = evidence.log_likelihood;
-    result.b = evidence.b(places);
-    result.F = evidence.F(places, places);
+    for (Eigen::Index i = 0; member && i < count_of(*member); ++i) places.push_back(theta.size() + first[*member] + i);
+    Blocks result = blocks;
+    for (Evidence& block : result.evidence) {
+      block.b = Eigen::VectorXd(block.b(places));
+      block.F = Eigen::MatrixXd(block.F(places, places));
+    }
     return result;
   }
   std::vector<LinearCandidate> candidates() const {
@@ -159,25 +162,23 @@ struct Numbers {
   }
 };
 
-bool is_same(const Fault& a, const Fault& b) {
-  return a.name == b.name &&
-         std::equal(a.parameters.begin(), a.parameters.end(), b.parameters.begin(), b.parameters.end(),
-                    [](const Estimate& x, const Estimate& y) { return x.name == y.name; });
-}
-
 }  // namespace
 
 SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::size_t jobs, std::uint64_t seed) {
   const FroudeScale scale(campaign.ship.particulars.L_pp);
   const Usual usual = usual_of(campaign, scale);
-  const Numbers all(evidence_of_faults(fit, scale, jobs), fit.theta, scale);
+  const Numbers all(evidence_of_faults(campaign, fit, scale, jobs), fit.theta, scale);
   const std::vector<PriorWidths> widths = widths_by_scale(fit.parameters, fit.effects);
   const FileEvidence sound = file_evidence(fit.total, fit.theta, widths);
+  const std::vector<std::vector<std::size_t>> folds = folds_of(campaign, all.blocks);
+  const std::vector<double> folds_of_sound =
+      fold_evidence(all.beside(std::nullopt), folds, fit.theta, sound.likeliest.sd);
   SeenFaults result;
   for (std::size_t m = 0; m < all.members.size(); ++m) {
     const FaultCandidate& member = *all.members[m];
     const Eigen::Index numbers = all.count_of(m), n = fit.theta.size();
-    const Evidence beside = all.beside(m);
+    const Blocks blocks = all.beside(m);
+    const Evidence beside = blocks.total();
     Eigen::VectorXd theta(n + numbers);
     theta << fit.theta, Eigen::VectorXd::Zero(numbers);
     const FileEvidence with = file_evidence(beside, theta, with_coordinates(widths, n, numbers));
@@ -189,6 +190,8 @@ SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::siz
     const Eigen::VectorXd step = covariance * (beside.b - precision.cwiseProduct(theta));
     SeenFault seen;
     seen.log_bayes_factor = with.log_evidence - sound.log_evidence;
+    std::tie(seen.fault.heldout_gain, seen.fault.heldout_gain_sd) =
+        heldout_gain(fold_evidence(blocks, folds, theta, with.likeliest.sd), folds_of_sound);
     seen.fault.name = member.name;
     seen.fault.separating_maneuver = separating_maneuver(member.name);
     Eigen::VectorXd at_3m(numbers);
@@ -205,24 +208,18 @@ SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::siz
     rephrase(seen.fault);
     result.faults.push_back(std::move(seen));
   }
-  result.gains_of_nothing = gains_of_nothing(project(all.evidence, fit.theta, sound.likeliest.sd), all.candidates(),
+  result.gains_of_nothing = gains_of_nothing(project(all.total, fit.theta, sound.likeliest.sd), all.candidates(),
                                              kPolicy.compare.draws_of_nothing, seed);
   return result;
 }
 
-std::optional<Fault> likeliest_of(const std::vector<SeenFault>& seen, const std::vector<Fault>& found,
-                                  const std::vector<Fault>& tested) {
+std::optional<Fault> likeliest_of(const std::vector<SeenFault>& seen, const std::vector<Fault>& found) {
   std::vector<Fault> possible;
   for (const SeenFault& one : seen) {
     const auto is_other = [&](const Fault& other) { return other.name != one.fault.name; };
     if (one.is_small || is_early(one.fault) || !std::all_of(found.begin(), found.end(), is_other)) continue;
     possible.push_back(one.fault);
     possible.back().log_odds = one.log_bayes_factor;
-    for (const Fault& as_tested : tested)
-      if (is_same(as_tested, one.fault)) {
-        possible.back().heldout_gain = as_tested.heldout_gain;
-        possible.back().heldout_gain_sd = as_tested.heldout_gain_sd;
-      }
   }
   if (possible.empty()) return std::nullopt;
   std::stable_sort(possible.begin(), possible.end(),

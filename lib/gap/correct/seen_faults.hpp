@@ -11,7 +11,7 @@ namespace leeway::gap {
 
 /// A fault as the filter sees it around a fit.
 struct SeenFault {
-  Fault fault;                    ///< with the likeliest numbers
+  Fault fault;                    ///< with the likeliest numbers, and what it gains in what is left out in turn
   double log_bayes_factor = 0.0;  ///< against sound sensors, coefficients free in both, averaged over its usual sizes
   bool is_small = false;          ///< too little to matter
 };
@@ -30,8 +30,6 @@ SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::siz
 
 /// The likeliest that may stand beside the faults that were found, with its log Bayes factor as log_odds: it is another
 /// one, matters, and no sensor is early. About as likely ones are its rivals.
-///   tested  faults as the audit tested them, for what they predict of what was left out
-std::optional<Fault> likeliest_of(const std::vector<SeenFault>& seen, const std::vector<Fault>& found,
-                                  const std::vector<Fault>& tested);
+std::optional<Fault> likeliest_of(const std::vector<SeenFault>& seen, const std::vector<Fault>& found);
 
 }  // namespace leeway::gap

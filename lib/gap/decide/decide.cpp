@@ -26,17 +26,19 @@ Decision decide_tests(const Found& found, const Policy& policy) {
   if (p < rate && t.intervals_p < t.effects_p) return because(Verdict::mismatch, Reason::interval);
   if (p < rate && improves) return because(Verdict::mismatch, Reason::effect);
   if (p < rate) return because(Verdict::undecided, Reason::effect_not_heldout);
-  if (p < limits.nearly * rate) return because(Verdict::undecided, Reason::close_to_rate);
+  if (!found.hypotheses && p < limits.nearly * rate) return because(Verdict::undecided, Reason::close_to_rate);
   if (t.small_intervals > 0) return because(Verdict::undecided, Reason::small_intervals);
   if (t.untrained_intervals > 0) return because(Verdict::undecided, Reason::untrained_intervals);
   if (t.samples < limits.fewest_samples) return because(Verdict::undecided, Reason::too_few_samples);
   if (t.effects_tested == 0) return because(Verdict::undecided, Reason::nothing_excited);
-  if (errs_grossly(t.far_parameters, t.error_share, policy)) return because(Verdict::undecided, Reason::far_parameters);
+  if (!found.hypotheses && errs_grossly(t.far_parameters, t.error_share, policy))
+    return because(Verdict::undecided, Reason::far_parameters);
   return because(Verdict::no_mismatch, Reason::nothing_left);
 }
 
 // What is claimed beside that, where hypotheses were compared.
-void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& policy, Decision& decision) {
+void decide_hypotheses(const HypothesesFound& h, double intervals_p, double rate, const Policy& policy,
+                       Decision& decision) {
   const DecidePolicy& limits = policy.decide;
   const bool errs = h.error_share >= limits.error_of_forms;
   const double tests_p = decision.p_value;
@@ -52,16 +54,22 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
     verdict = Verdict::mismatch;
     decision.p_value = std::min(tests_p, policy.decide.families * h.chance_of_best);
   }
-  // Seen, but barely, and nothing missing is the likeliest, or too little to be called unknown: neither claimed nor
-  // denied.
-  if (verdict == Verdict::mismatch && !h.is_named && (!errs || tests_p >= surely(rate))) verdict = Verdict::undecided;
-  // Close to the rate, as where the tests are, or likelier than not, but not shown: neither claimed nor denied.
+  // Without a name what the tests for effects see is neither claimed nor denied: names have odds. So is what intervals
+  // barely show, or what is too little to be called unknown.
+  if (verdict == Verdict::mismatch && !h.is_named && (!errs || intervals_p >= surely(rate)))
+    verdict = Verdict::undecided;
+  // Likelier than not, but not shown: neither claimed nor denied.
   if (verdict == Verdict::no_mismatch) {
     decision.p_value = std::min(tests_p, policy.decide.families * std::min(h.chance_of_best, h.chance_of_latent));
-    if (decision.p_value < limits.nearly * rate || h.is_likelier_than_not) verdict = Verdict::undecided;
+    if (h.is_likelier_than_not) verdict = Verdict::undecided;
   }
   if (verdict != Verdict::mismatch) return;
 
+  if (h.is_named && h.is_latent) {
+    decision.claims_names = decision.claims_unknown = true;
+    decision.is_complete = false;
+    return;
+  }
   decision.is_complete = h.is_named && (h.left_p >= rate || h.is_negligible);
   decision.claims_names = h.is_named && (decision.is_complete || !errs || h.taken_share > limits.unexplained ||
                                          h.log_odds_of_chosen > limits.strong_odds);
@@ -77,7 +85,9 @@ void decide_hypotheses(const HypothesesFound& h, double rate, const Policy& poli
 
 Decision decide(const Found& found, const Policy& policy) {
   Decision decision = decide_tests(found, policy);
-  if (found.hypotheses) decide_hypotheses(*found.hypotheses, found.false_alarm, policy, decision);
+  if (found.hypotheses)
+    decide_hypotheses(*found.hypotheses, std::min(1.0, policy.decide.families * found.tests.intervals_p),
+                      found.false_alarm, policy, decision);
   if (found.sensors.count > 0) {
     decision.verdict = Verdict::mismatch;
     decision.claims_sensors = true;
@@ -112,12 +122,8 @@ bool may_be_claimed(const Contender& c, double false_alarm, const Policy& policy
                           (c.p_value < surely(false_alarm) || c.log_odds > policy.compare.strong_terms));
 }
 
-bool is_likelier(const Likeliest& best, double false_alarm) {
-  return best.p_value < false_alarm && best.probability > best.of_nothing;
-}
-
 bool is_certain(const Likeliest& best, double false_alarm) {
-  return (is_likelier(best, false_alarm) || best.chance < false_alarm) && !(best.of_other_forms > best.probability);
+  return best.chance < false_alarm && !(best.of_other_forms > best.probability);
 }
 
 bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy) {
@@ -126,6 +132,10 @@ bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy
 
 bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy) {
   return is_rare(latent, false_alarm, policy) && latent.log_odds > latent.log_odds_of_names;
+}
+
+bool holds_beside(const LatentFound& latent, double false_alarm, const Policy& policy) {
+  return policy.decide.families * std::exp(latent.log_odds - latent.log_odds_with_chosen) < false_alarm;
 }
 
 bool is_negligible(const LeftBeside& left, double false_alarm, const Policy& policy) {

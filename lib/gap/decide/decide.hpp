@@ -90,15 +90,12 @@ bool may_be_claimed(const Contender& contender, double false_alarm, const Policy
 
 /// The likeliest that may be claimed, and what it is compared with.
 struct Likeliest {
-  double probability = 0.0, of_nothing = 0.0;  ///< as stated
-  double of_other_forms = 0.0;                 ///< the largest of those that may not be claimed; 0: there are none
-  double chance = 1.0;                         ///< of such odds where nothing is missing, for all families of tests
-  double p_value = 1.0;                        ///< of the tests for effects
+  double probability = 0.0;     ///< as stated
+  double of_other_forms = 0.0;  ///< the largest of those that may not be claimed; 0: there are none
+  double chance = 1.0;          ///< of such odds where nothing is missing, for all families of tests
 };
-/// Whether the tests see something, and it is likelier than nothing.
-bool is_likelier(const Likeliest& best, double false_alarm);
-/// Whether it is claimed if it holds against nothing: not where forms of forces that may not be claimed are likelier,
-/// since then an effect imitates them.
+/// Whether it is claimed if it holds against nothing: its odds are rare, and no forms of forces that may not be claimed
+/// are likelier, since then an effect imitates them.
 bool is_certain(const Likeliest& best, double false_alarm);
 
 /// What the catalogue does not hold, but is known by what it depends on.
@@ -106,12 +103,15 @@ struct LatentFound {
   double log_odds = 0.0;           ///< against nothing missing [nats]
   double log_odds_of_names = 0.0;  ///< of all fitted hypotheses of the catalogue together
   TestsFound tests;
+  double log_odds_with_chosen = 0.0;  ///< of the chosen names with what acts beside them
 };
 /// Whether such odds are rarer than the rate where nothing is missing, by Markov's inequality; never where inputs that
 /// are known at the samples alone are the larger error.
 bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);
 /// Whether it is likelier than all names besides.
 bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);
+/// Whether the chosen names are claimed beside it: such odds over it alone are rarer than the rate.
+bool holds_beside(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);
 
 /// What is left beside what is named.
 struct LeftBeside {

@@ -22,7 +22,8 @@ bool is_faint(double p_value, double false_alarm, const Policy& policy) {
 }
 
 bool is_identified(const FaultOdds& odds, double false_alarm, const Policy& policy) {
-  return odds.chance < false_alarm && odds.log_bayes_factor > odds.of_best_effect + policy.decide.contradicted;
+  return odds.chance < false_alarm && odds.log_bayes_factor > odds.of_best_force + policy.decide.contradicted &&
+         predicts_better({odds.chance, odds.heldout_gain, odds.heldout_gain_sd}, false_alarm, policy);
 }
 
 bool holds_by_kinematics(const ReadingTest& test, const Policy& policy) {

@@ -17,14 +17,15 @@ bool is_found(const FaultTest& test, double false_alarm, const Policy& policy = 
 /// Whether a fault that was found asks for the simulator's word: its p-value, once families share the rate, is not
 /// below the square of it.
 bool is_faint(double p_value, double false_alarm, const Policy& policy = kPolicy);
-/// What the filter says of a fault against sound sensors, and of the best effect in its place.
+/// What the filter says of a fault against sound sensors, and of the best effect or latent force in its place.
 struct FaultOdds {
   double log_bayes_factor = 0.0;  ///< of the fault, averaged over how large faults are [nats]
-  double of_best_effect = 0.0;    ///< ln of the evidence with the best effect and sound sensors, by that without [nats]
-  double chance = 1.0;            ///< how often any fault has so much where nothing is wrong
+  double of_best_force = 0.0;  ///< ln of the evidence with the best of these and sound sensors, by that without [nats]
+  double chance = 1.0;         ///< how often any fault has so much where nothing is wrong
+  double heldout_gain = 0.0, heldout_gain_sd = 0.0;  ///< as in FaultTest
 };
-/// Whether a fault is claimed by these odds: they are rarer than the rate where nothing is wrong, and likelier than
-/// the best effect in its place.
+/// Whether a fault is claimed by these odds: they are rarer than the rate where nothing is wrong, it predicts better
+/// what was left out, and is likelier than the best force in its place.
 bool is_identified(const FaultOdds& odds, double false_alarm, const Policy& policy = kPolicy);
 
 /// One way to read a channel against another.

@@ -67,6 +67,7 @@ struct SensorsPolicy {
   std::size_t most_force_readings = 4;  ///< [readings] that forces may contradict | origin: choice
   std::size_t most_in_pairs = 9;  ///< [readings] that are tried in pairs | origin: choice, time
   std::array<double, 4> plain_gains{0.0, 0.7, 1.0, 1.4};  ///< [-] errors of a force that count as plain errors of a parameter | origin: choice
+  std::array<double, 6> plain_gains_of_rudders{0.0, 0.2, 0.4, 0.7, 1.0, 1.4};  ///< [-] the same of rudders, which may lose most of theirs; of wind, a fifth is knots | origin: choice
   double largest_force_error = 10.0;  ///< [typical changes] beyond, all is equally wrong | origin: choice
   std::size_t most_force_windows = 480;  ///< [windows] of short predictions | origin: choice, time
   std::size_t windows_per_block = 3;  ///< [windows] | origin: choice

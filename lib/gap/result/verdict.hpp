@@ -23,11 +23,11 @@ struct TestsFound {
 
 /// What the comparison of hypotheses of gap-explain found.
 struct HypothesesFound {
-  bool is_named = false;        ///< whether something is claimed beside nothing missing
-  bool has_terms = false;       ///< whether terms stand for what the catalogue does not hold
-  double chance_of_best = 1.0;  ///< how often anything is as likely as what may be claimed, where nothing is missing
-  bool is_latent = false;  ///< whether what the catalogue does not hold is claimed by what it depends on, if no name is
-  double chance_of_latent = 1.0;      ///< how often anything of that kind is as likely where nothing is missing
+  bool is_named = false;          ///< whether something is claimed beside nothing missing
+  bool has_terms = false;         ///< whether terms stand for what the catalogue does not hold
+  double chance_of_best = 1.0;    ///< how often anything is as likely as what may be claimed, where nothing is missing
+  bool is_latent = false;         ///< whether what the catalogue does not hold is claimed by what it depends on
+  double chance_of_latent = 1.0;  ///< how often anything of that kind is as likely where nothing is missing
   double log_odds_of_chosen = 0.0;    ///< of what is claimed [nats]
   bool is_likelier_than_not = false;  ///< whether anything is stated as likelier than all others and nothing together
   double left_p = 1.0;                ///< of what is left beside what is claimed

@@ -100,12 +100,13 @@ class ForceReadings {
              const std::vector<WindowError>& errors, const Odds& odds) const {
     if (!holds_by_forces(odds)) return false;
     if (is_of_velocities(entry)) return true;
-    for (const double gain : kPolicy.sensors.plain_gains) {
+    const auto beats = [&](double gain) {
       std::vector<Trajectory> plain = as_stated;
       for (Trajectory& recording : plain) with_gain(recording, entry.of, gain);
-      if (!beats_plain_error(odds_of(errors, check_.errors(plain)), gain)) return false;
-    }
-    return true;
+      return beats_plain_error(odds_of(errors, check_.errors(plain)), gain);
+    };
+    return info(entry.of).role == Role::rudder ? std::ranges::all_of(kPolicy.sensors.plain_gains_of_rudders, beats)
+                                               : std::ranges::all_of(kPolicy.sensors.plain_gains, beats);
   }
 
   std::vector<Tried> try_all() {

@@ -42,7 +42,7 @@ std::optional<Fitted> fitted_alone(const Answered& of, const Modules& free) {
     return std::nullopt;  // the simulator runs away
   }
   const Blocks blocks = blocks_of(of.campaign, fit, fit.noise, {0, nullptr}, options.jobs);
-  result.fold_evidence = fold_evidence(fit, blocks, of.comparison.folds());
+  result.fold_evidence = fold_evidence(blocks, of.comparison.folds(), fit.theta, fit.prior_sd);
   result.kappa = 1.0;
   return result;
 }

@@ -34,8 +34,10 @@ const gap::SeenFault& likeliest(const std::vector<gap::SeenFault>& seen) {
 }
 
 bool is_identified(const gap::SeenFaults& seen, double rate) {
-  const double most = likeliest(seen.faults).log_bayes_factor;
-  return gap::is_identified({most, 0.0, gap::chance_of_gain(seen.gains_of_nothing, most)}, rate);
+  const gap::SeenFault& one = likeliest(seen.faults);
+  const double chance = gap::chance_of_gain(seen.gains_of_nothing, one.log_bayes_factor);
+  return gap::is_identified({one.log_bayes_factor, 0.0, chance, one.fault.heldout_gain, one.fault.heldout_gain_sd},
+                            rate);
 }
 
 }  // namespace

@@ -223,8 +223,8 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
          h.error_share = 0.02;
        },
        Verdict::mismatch, false, true, false},
-      {"a name, and what it may depend on instead: the name", [](Found&, HypothesesFound& h) { h.is_latent = true; },
-       Verdict::mismatch, true, false, true},
+      {"a name, and what acts beside it, known by what it depends on: both",
+       [](Found&, HypothesesFound& h) { h.is_latent = true; }, Verdict::mismatch, true, true, false},
       {"no name, barely seen: undecided",
        [](Found& f, HypothesesFound& h) {
          f.tests.intervals_p = p_of(0.5, f);
@@ -245,26 +245,30 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
          h.is_named = false;
        },
        Verdict::undecided, false, false, true},
-      {"no name and nothing seen, but something with odds that are nearly rare: undecided",
-       [](Found&, HypothesesFound& h) { h.is_named = false; }, Verdict::undecided, false, false, true},
-      {"nothing at all",
-       [](Found&, HypothesesFound& h) {
+      {"no name, and only the tests for effects surely see something: undecided",
+       [](Found& f, HypothesesFound& h) {
+         f.tests.effects_p = p_of(1e-6, f);
+         f.tests.heldout_gain = 10.0;
          h.is_named = false;
-         h.chance_of_best = 0.051 / gap::kPolicy.decide.families;
-       },
-       Verdict::no_mismatch, false, false, true},
-      {"the same, and it is likelier than not: undecided",
-       [](Found&, HypothesesFound& h) {
-         h.is_named = false;
-         h.chance_of_best = 0.051 / gap::kPolicy.decide.families;
-         h.is_likelier_than_not = true;
+         h.left_p = 1e-8;
        },
        Verdict::undecided, false, false, true},
-      {"no name and nothing seen, but what has none is nearly rare: undecided",
+      {"no name, and tests that are close to the rate: no mismatch, since odds judge",
+       [](Found& f, HypothesesFound& h) {
+         f.tests.intervals_p = p_of(1.1, f);
+         h.is_named = false;
+       },
+       Verdict::no_mismatch, false, false, true},
+      {"no name, and a file that is far off: no mismatch, and the file is judged",
+       [](Found& f, HypothesesFound& h) {
+         f.tests.far_parameters = 4;
+         h.is_named = false;
+       },
+       Verdict::no_mismatch, false, false, true},
+      {"no name and nothing seen, but something is likelier than not: undecided",
        [](Found&, HypothesesFound& h) {
          h.is_named = false;
-         h.chance_of_best = 1.0;
-         h.chance_of_latent = 0.049 / gap::kPolicy.decide.families;
+         h.is_likelier_than_not = true;
        },
        Verdict::undecided, false, false, true},
   };
@@ -369,32 +373,34 @@ TEST_CASE("decide: when the likeliest is certain enough to be claimed", "[gap][d
   struct Row {
     const char* what;
     gap::Likeliest best;
-    bool is_likelier, is_certain;
+    bool is_certain;
   };
   const Row rows[] = {
-      {"seen and likelier", {0.6, 0.3, 0.1, 1.0, 0.009}, true, true},
-      {"seen, but nothing is likelier", {0.3, 0.6, 0.1, 1.0, 0.009}, false, false},
-      {"likelier, but not seen", {0.6, 0.3, 0.1, 1.0, 0.011}, false, false},
-      {"not seen, but with rare odds", {0.6, 0.3, 0.1, 0.009, 0.5}, false, true},
-      {"not seen, with odds that are not so rare", {0.6, 0.3, 0.1, 0.011, 0.5}, false, false},
-      {"terms that may not be claimed are likelier", {0.4, 0.1, 0.5, 0.009, 0.009}, true, false},
-      {"they are as likely", {0.45, 0.1, 0.45, 0.009, 0.009}, true, true},
+      {"rare odds", {0.6, 0.1, 0.009}, true},
+      {"odds that are not so rare", {0.6, 0.1, 0.011}, false},
+      {"terms that may not be claimed are likelier", {0.4, 0.5, 0.009}, false},
+      {"they are as likely", {0.45, 0.45, 0.009}, true},
   };
   for (const Row& row : rows) {
     CAPTURE(row.what);
-    CHECK(gap::is_likelier(row.best, 0.01) == row.is_likelier);
     CHECK(gap::is_certain(row.best, 0.01) == row.is_certain);
   }
 }
 
 TEST_CASE("decide: what has no name is claimed by what it depends on", "[gap][decide]") {
-  gap::LatentFound latent{20.0, 5.0, {}};
+  gap::LatentFound latent{20.0, 5.0, {}, 0.0};
+  CHECK_FALSE(gap::holds_beside(latent, 0.01));
+  const double needed = std::log(gap::kPolicy.decide.families / 0.01);  // Markov's inequality for all tests
+  latent.log_odds_with_chosen = 20.0 + needed - 0.1;
+  CHECK_FALSE(gap::holds_beside(latent, 0.01));
+  latent.log_odds_with_chosen = 20.0 + needed + 0.1;
+  CHECK(gap::holds_beside(latent, 0.01));
   CHECK(gap::is_claimed(latent, 0.01));
   latent.log_odds_of_names = 21.0;  // a name is likelier
   CHECK(!gap::is_claimed(latent, 0.01));
   CHECK(gap::is_rare(latent, 0.01));
   latent.log_odds_of_names = -5.0;
-  latent.log_odds = std::log(gap::kPolicy.decide.families / 0.01) - 0.1;  // Markov's inequality for all tests
+  latent.log_odds = needed - 0.1;
   CHECK(!gap::is_claimed(latent, 0.01));
   latent.log_odds += 0.2;
   CHECK(gap::is_claimed(latent, 0.01));

@@ -37,10 +37,12 @@ TEST_CASE("decide: of which faults the simulator is asked, and which it identifi
   const double rate = 0.01;
   CHECK(gap::is_faint(gap::kPolicy.decide.families * 1.01e-4, rate));
   CHECK_FALSE(gap::is_faint(gap::kPolicy.decide.families * 0.99e-4, rate));
-  CHECK(gap::is_identified({6.0, 0.0, 0.009}, rate));
-  CHECK_FALSE(gap::is_identified({6.0, 0.0, 0.011}, rate));  // no rarer than the rate where nothing is wrong
-  CHECK(gap::is_identified({20.0, 16.9, 1e-6}, rate));
-  CHECK_FALSE(gap::is_identified({20.0, 17.1, 1e-6}, rate));  // an effect does as well
+  CHECK(gap::is_identified({6.0, 0.0, 0.009, 5.0, 2.0}, rate));
+  CHECK_FALSE(gap::is_identified({6.0, 0.0, 0.011, 5.0, 2.0}, rate));  // no rarer than the rate where nothing is wrong
+  CHECK_FALSE(gap::is_identified({6.0, 0.0, 0.009, 5.0, 3.0}, rate));  // in what was left out it may be chance
+  CHECK(gap::is_identified({6.0, 0.0, 0.0009, 5.0, 3.0}, rate));
+  CHECK(gap::is_identified({20.0, 16.9, 1e-6, 5.0, 2.0}, rate));
+  CHECK_FALSE(gap::is_identified({20.0, 17.1, 1e-6, 5.0, 2.0}, rate));  // an effect does as well
 }
 
 TEST_CASE("decide: when another reading of a channel is claimed", "[gap][decide]") {
