@@ -23,6 +23,7 @@
 #include "gap/compare/terms.hpp"
 #include "gap/decide/found.hpp"
 #include "gap/gap_locate.hpp"
+#include "gap/report/reasons.hpp"
 #include "gap/show/before_after.hpp"
 #include "gap/show/beyond_recorded.hpp"
 #include "gap/show/hypotheses.hpp"
@@ -115,6 +116,7 @@ bool decide_explanation(Explanation& explanation, const Findings& findings, cons
   const Decision decision = decide(found);
   explanation.verdict = decision.verdict;
   explanation.p_value = decision.p_value;
+  explanation.reason = reason_text(decision, found.tests, findings, explanation.hypotheses);
   explanation.left_p_value = selection.left_p_value;
   explanation.is_complete = decision.is_complete;
   const std::vector<std::string> fitted = comparison.all()[selection.chosen].hypothesis.names();

@@ -43,6 +43,10 @@ void decide_hypotheses(const HypothesesFound& h, double intervals_p, double rate
   const bool errs = h.error_share >= limits.error_of_forms;
   const double tests_p = decision.p_value;
   Verdict& verdict = decision.verdict;
+  const auto leave_open = [&](Reason reason) {
+    verdict = Verdict::undecided;
+    decision.reason = reason;
+  };
   if (!h.is_named && h.is_latent) {
     verdict = Verdict::mismatch;
     decision.p_value = std::min(tests_p, policy.decide.families * h.chance_of_latent);
@@ -57,11 +61,11 @@ void decide_hypotheses(const HypothesesFound& h, double intervals_p, double rate
   // Without a name what the tests for effects see is neither claimed nor denied: names have odds. So is what intervals
   // barely show, or what is too little to be called unknown.
   if (verdict == Verdict::mismatch && !h.is_named && (!errs || intervals_p >= surely(rate)))
-    verdict = Verdict::undecided;
+    leave_open(Reason::odds_not_rare);
   // Likelier than not, but not shown: neither claimed nor denied.
   if (verdict == Verdict::no_mismatch) {
     decision.p_value = std::min(tests_p, policy.decide.families * std::min(h.chance_of_best, h.chance_of_latent));
-    if (h.is_likelier_than_not) verdict = Verdict::undecided;
+    if (h.is_likelier_than_not) leave_open(Reason::likelier_than_not);
   }
   if (verdict != Verdict::mismatch) return;
 
@@ -74,7 +78,7 @@ void decide_hypotheses(const HypothesesFound& h, double intervals_p, double rate
   decision.claims_names = h.is_named && (decision.is_complete || !errs || h.taken_share > limits.unexplained ||
                                          h.log_odds_of_chosen > limits.strong_odds);
   if (!decision.claims_names && h.left_p >= surely(rate)) {
-    verdict = Verdict::undecided;
+    leave_open(Reason::odds_not_rare);
     return;
   }
   decision.claims_unknown = !decision.is_complete && errs && !(decision.claims_names && h.has_terms) &&

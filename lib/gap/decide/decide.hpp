@@ -22,7 +22,7 @@ struct Found {
   SensorsFound sensors;                       ///< likewise: gap-locate's verdict is of the forces alone
 };
 
-/// Why the tests lead to their verdict.
+/// Why the tests, or the hypotheses, lead to their verdict.
 enum class Reason {
   not_converged,
   error_of_inputs,
@@ -36,6 +36,8 @@ enum class Reason {
   nothing_excited,
   far_parameters,
   nothing_left,
+  odds_not_rare,      ///< the tests see something, and no hypothesis has odds that are rare where nothing is missing
+  likelier_than_not,  ///< the tests see nothing
 };
 
 struct Decision {

@@ -61,14 +61,26 @@ void Climb::linearize_all(const std::vector<LinearStretch>& before) {
   judge_all();
 }
 
+void Climb::linearize_anew() {
+  std::vector<LinearStretch> before(fit_.stretches.size());
+  std::swap(before, fit_.stretches);
+  linearize_all(before);
+  if (follows()) return;
+  std::swap(before, fit_.stretches);
+  fit_.total = levels().total(fit_.noise);
+}
+
 bool Climb::until_converged(int most_iterations, Judged judged, std::int64_t levels_from) {
   const bool judges = judged == Judged::all;
   double moved = 1.0, noise_moved = 1.0, damping = 0.0;
   bool looks_for_events = judged != Judged::nothing, has_needless_events = true;
   for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
     const bool is_free = judges && iteration < kPolicy.fit.free_steps;
-    if (iteration == 0 || judges) linearize_all(fit_.stretches);
-    if (!std::isfinite(fit_.total.log_likelihood)) throw NumericalError(diverged());
+    if (iteration == 0)
+      linearize_all(fit_.stretches);
+    else if (judges)
+      linearize_anew();
+    if (!follows()) throw NumericalError(diverged());
     const Eigen::VectorXd slope = slope_now();
     double& distance = fit_.report.distance;
     fit_.report.gradient = slope.cwiseProduct(fit_.prior_sd).cwiseAbs().maxCoeff();
@@ -169,6 +181,8 @@ Eigen::MatrixXd Climb::curvature_now() const {
   return M;
 }
 
+bool Climb::follows() const { return std::isfinite(fit_.total.log_likelihood) && fit_.total.b.allFinite(); }
+
 // From where the slope vanishes, in posterior standard deviations.
 double Climb::distance_now() const {
   const Eigen::VectorXd slope = slope_now();
@@ -203,10 +217,9 @@ Eigen::VectorXd Climb::step(double& damping, bool anyhow) {
     step /= too_long;
     fit_.theta = theta + step;
     linearize_all(stretches);
-    // Neither, where the simulator runs away.
-    const bool is_better =
-        log_posterior() > before + kPolicy.fit.least_gain || distance_now() < kPolicy.fit.nearer * distance;
-    if (is_better || (anyhow && std::isfinite(fit_.total.log_likelihood))) {
+    // Never, where the simulator runs away.
+    if (follows() && (anyhow || log_posterior() > before + kPolicy.fit.least_gain ||
+                      distance_now() < kPolicy.fit.nearer * distance)) {
       const double expected = slope.dot(step) - 0.5 * step.dot(M * step), gained = log_posterior() - before;
       if (expected > kPolicy.fit.measurable_gain && gained < kPolicy.fit.poor_step * expected)
         damping = std::max(kPolicy.fit.damping_factor * damping, kPolicy.fit.least_damping);

@@ -28,6 +28,10 @@ class Climb {
 
   /// Renews stretches and total at theta, from stretches near by.
   void linearize_all(const std::vector<LinearStretch>& before);
+  /// The same along the path that the filter takes now; where the simulator runs away along it, they stay.
+  void linearize_anew();
+  /// Whether the simulator follows the recordings at all.
+  bool follows() const;
   /// Continues until the steps converge or are too many; returns whether they converged.
   /// Outliers are judged on the way for nothing missing alone, so that hypotheses are compared on the same data.
   ///   levels_from  iteration in which noise levels move first, where outliers are judged: by default once the path has

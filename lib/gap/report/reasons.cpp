@@ -1,18 +1,30 @@
 #include "gap/report/reasons.hpp"
 
+#include <algorithm>
 #include <cctype>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace leeway::gap {
 namespace {
 
-std::string sentence_of(Reason reason, const TestsFound& found, const Findings& findings) {
+// What is likelier than all else, and how often chance alone makes it so.
+std::string likeliest_of(const std::vector<Explained>& hypotheses, double p_value) {
+  const Explained& likeliest = *std::ranges::max_element(hypotheses, {}, &Explained::probability);
+  return fmt::format(
+      "{} is likelier than all else together ({:.2f}), but odds like these would be seen in {:.3g} % of campaigns in "
+      "which nothing is missing; more recordings would decide",
+      fmt::join(likeliest.effects, " + "), likeliest.probability, 100.0 * p_value);
+}
+
+std::string sentence_of(const Decision& decision, const TestsFound& found, const Findings& findings,
+                        const std::vector<Explained>& hypotheses) {
   const Detection& d = findings.detection;
   const std::string simulator = findings.ensemble ? "ensemble" : "simulator";
   const std::string rate = fmt::format("{:.3g} %", 100.0 * d.false_alarm);
   const auto plural = [](std::size_t count) { return count > 1 ? "s" : ""; };
-  switch (reason) {
+  switch (decision.reason) {
     case Reason::not_converged:
       return "the fit of the simulator's parameters did not converge, so nothing can be concluded from it";
     case Reason::error_of_inputs:
@@ -60,14 +72,20 @@ std::string sentence_of(Reason reason, const TestsFound& found, const Findings& 
       return fmt::format(
           "what remains is what {} and random model error leave, which is {:.0f} % of the typical acceleration",
           findings.ensemble ? "the members' spread" : "parameters within their uncertainty", 100.0 * found.error_share);
+    case Reason::odds_not_rare:
+      return "the tests see something, but no explanation has odds that are rare where nothing is missing; more "
+             "recordings would decide";
+    case Reason::likelier_than_not:
+      return likeliest_of(hypotheses, decision.p_value);
   }
   return "";
 }
 
 }  // namespace
 
-std::string reason_text(const Decision& decision, const TestsFound& found, const Findings& findings) {
-  std::string text = sentence_of(decision.reason, found, findings);
+std::string reason_text(const Decision& decision, const TestsFound& found, const Findings& findings,
+                        const std::vector<Explained>& hypotheses) {
+  std::string text = sentence_of(decision, found, findings, hypotheses);
   text.front() = static_cast<char>(std::toupper(text.front()));
   return text + '.';
 }

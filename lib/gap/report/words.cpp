@@ -88,12 +88,21 @@ std::string kind_of_unknown(const Explanation& explanation) {
   return kind != nullptr ? ": " + phrase(*kind) : "";
 }
 
+// A sentence as the end of another one.
+std::string as_clause(std::string sentence) {
+  if (sentence.ends_with('.')) sentence.pop_back();
+  if (sentence.size() > 1 && std::islower(static_cast<unsigned char>(sentence[1])) != 0)
+    sentence.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(sentence.front())));
+  return sentence;
+}
+
 std::string physics_of(const Explanation& explanation) {
   switch (explanation.verdict) {
     case Verdict::no_mismatch:
       return "No missing physics";
     case Verdict::undecided:
-      return "Cannot tell whether physics is missing";
+      return "Cannot tell whether physics is missing" +
+             (explanation.reason.empty() ? "" : ": " + as_clause(explanation.reason));
     case Verdict::mismatch:
       break;
   }
@@ -203,12 +212,7 @@ std::string headline(const Explanation& explanation) {
     return fmt::format("{}{} {}.{}", physics, explanation.verdict == Verdict::mismatch ? ". Besides," : ";",
                        file_is_off(explanation), unchecked);
   if (explanation.verdict == Verdict::mismatch) return physics + '.' + unchecked;
-  if (explanation.verdict == Verdict::undecided) {
-    std::string reason = explanation.findings.detection.reason;
-    if (reason.size() > 1 && std::islower(static_cast<unsigned char>(reason[1])) != 0)
-      reason.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(reason.front())));
-    return reason.empty() ? physics + '.' : physics + ": " + reason;
-  }
+  if (explanation.verdict == Verdict::undecided) return physics + '.';
   return explanation.ship_file.state == ShipFileState::as_stated
              ? physics + "; the ship file agrees with the recordings."
              : physics + " that these recordings could show; they are too little to judge the ship file.";

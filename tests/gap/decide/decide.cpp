@@ -286,6 +286,17 @@ TEST_CASE("decide: what is claimed of hypotheses", "[gap][decide]") {
   }
 }
 
+TEST_CASE("decide: why hypotheses leave it open", "[gap][decide]") {
+  Found found = nothing_seen();
+  found.hypotheses = named();
+  found.hypotheses->is_named = false;
+  CHECK(gap::decide(found).reason == Reason::nothing_left);
+  found.hypotheses->is_likelier_than_not = true;
+  CHECK(gap::decide(found).reason == Reason::likelier_than_not);
+  found.tests.intervals_p = p_of(0.5, found);
+  CHECK(gap::decide(found).reason == Reason::odds_not_rare);
+}
+
 TEST_CASE("decide: a fault of a sensor is a mismatch, whatever is found of the forces", "[gap][decide]") {
   for (const bool is_named : {true, false}) {
     Found found = nothing_seen();

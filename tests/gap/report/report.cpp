@@ -8,6 +8,7 @@
 
 #include "core/units.hpp"
 #include "gap/report/locate_json.hpp"
+#include "gap/report/reasons.hpp"
 #include "gap/report/report_html.hpp"
 #include "gap/report/residual_csv.hpp"
 #include "gap/report/summary.hpp"
@@ -195,6 +196,25 @@ TEST_CASE("summary: limits of an interval are given as exactly as what lies betw
   CHECK(gap::between(1.234, 5.678) == "1.2 to 5.7");
   CHECK(gap::between(-120.0, 340.0) == "-120 to 340");
   CHECK(gap::between(0.5, 0.5) == "0.5 to 0.5");
+}
+
+TEST_CASE("summary of gap-explain: where it cannot tell it says why, also of a ship file that is off",
+          "[gap][report]") {
+  gap::Explanation explanation;
+  explanation.hypotheses.resize(2);
+  explanation.hypotheses[0].probability = 0.3;
+  explanation.hypotheses[1].probability = 0.6;
+  explanation.hypotheses[1].effects = {"fouling"};
+  gap::Decision decision;
+  decision.p_value = 0.04;
+  decision.reason = gap::Reason::likelier_than_not;
+  explanation.reason = gap::reason_text(decision, {}, explanation.findings, explanation.hypotheses);
+  for (const gap::ShipFileState state : {gap::ShipFileState::as_stated, gap::ShipFileState::off}) {
+    explanation.ship_file.state = state;
+    CHECK_THAT(gap::headline(explanation), Contains("Cannot tell whether physics is missing: fouling is likelier") &&
+                                               Contains("(0.60)") && Contains(" 4 % of campaigns"));
+  }
+  CHECK_THAT(gap::headline(explanation), Contains("; the ship file is off"));
 }
 
 TEST_CASE("thinning for the page: extremes, ends and holes stay", "[gap][report]") {
