@@ -6,6 +6,7 @@ design(seed, n) -> list of cases; Fleet(cases of one ship and rate).make(dt) -> 
 import hashlib
 import json
 import math
+import sys
 
 import numpy as np
 
@@ -21,6 +22,7 @@ LEVELS = dict(wrong=(0.0, 0.05, 0.10, 0.20), error=(0.0, 1e-4, 5e-4, 1e-3), erro
 PRIMES = (3.0, 6.0, 12.0, 30.0)
 CAMPAIGNS = ("mixed", "mixed", "mixed", "random", "zigzag", "turn", "speeds")
 MIXED = ("zigzag", "turn", "random", "reciprocal", "speeds")
+TRIES = 8  # of a case that runs away
 SHARES = dict(null=0.30, single=0.45, pair=0.15, outside=0.10)
 
 
@@ -85,10 +87,19 @@ class Fleet:
         self.recordings = [recordings_of(c) for c in cases]
         self.per = len(self.recordings[0])
         self.left = [json.loads((vessel.HERE / "ships" / f"{vessel.BY_FROUDE.get(self.name, self.name)}.json").read_text(encoding="utf-8"))["left_rms"][a] for a in "XYN"]
-        rngs = [np.random.default_rng([c["seed"] & 0xFFFFFFFF, 12]) for c in cases]
-        self.factors = [{k: math.exp(c["wrong"] * s / 0.15 * r.standard_normal()) for k, s in vessel.STATED.items()} for c, r in zip(cases, rngs)]
-        self.winds = [{"speed_mps": float(r.uniform(0.5, 1.5)) * self.T, "dir_deg": float(r.uniform(0.0, 360.0))} for r in rngs]
+        self.rngs = [np.random.default_rng([c["seed"] & 0xFFFFFFFF, 12]) for c in cases]
+        self.factors = [self.drawn(i) for i in range(len(cases))]
+        self.winds = [{"speed_mps": float(r.uniform(0.5, 1.5)) * self.T, "dir_deg": float(r.uniform(0.0, 360.0))} for r in self.rngs]
         self.plans = [{} for _ in cases]
+
+    def drawn(self, i):
+        """Coefficients of a case by those of the nominal ship."""
+        return {k: math.exp(self.cases[i]["wrong"] * s / 0.15 * self.rngs[i].standard_normal()) for k, s in vessel.STATED.items()}
+
+    def lost(self, out):
+        """Cases that run away."""
+        is_lost = ~np.isfinite(out["true"]["u_mps"]).all(1)
+        return [i for i in range(len(self.cases)) if is_lost[i * self.per:(i + 1) * self.per].any()]
 
     def numbers(self, i):
         out = {}
@@ -130,11 +141,19 @@ class Fleet:
                 spec.setdefault(k, np.full(n * per, 1.0 if k == "anemometer_scale" else 0.0))[i * per:(i + 1) * per] = v
         instruments = voyage.Instruments(rng(23), spec, spread([c["noise_gain"] for c in self.cases]), self.sample_s, self.T)
         every = max(1, math.ceil(self.sample_s / (dt_s * self.T) - 1e-9))
-        out = voyage.sail(ship, flat, self.duration, self.sample_s / every, self.sample_s, wind, error, instruments)
-        bad = ~np.isfinite(out["true"]["u_mps"]).all(1)
-        if bad.any():
-            raise RuntimeError(f"{self.name}: {bad.sum()} tracks are not finite")
-        return out
+        return voyage.sail(ship, flat, self.duration, self.sample_s / every, self.sample_s, wind, error, instruments)
+
+    def sail_all(self, with_effects, dt_s, otherwise):
+        """All tracks; cases that run away are sailed otherwise(case) instead."""
+        for _ in range(TRIES):
+            out = self.sail(with_effects, dt_s)
+            lost = self.lost(out)
+            if not lost:
+                return out
+            for i in lost:
+                print(f"{self.cases[i]['id']}: runs away, {'weaker effects' if with_effects else 'other coefficients'}", file=sys.stderr)
+                otherwise(i)
+        raise RuntimeError(f"{self.name}: {', '.join(self.cases[i]['id'] for i in lost)} run away")
 
     def fitted(self, i):
         return range(i * self.per, i * self.per + self.cases[i]["trains"])
@@ -166,7 +185,13 @@ class Fleet:
         return {"t_s": out["t_s"], **{k: out[which][k][row] for k in names}}
 
     def make(self, dt_s):
-        out = self.sail(False, dt_s)
+        def redraw(i):
+            self.factors[i] = self.drawn(i)
+
+        def weaken(i):
+            self.plans[i] = {name: (shape, 0.5 * strength) for name, (shape, strength) in self.plans[i].items()}
+
+        out = self.sail_all(False, dt_s, redraw)
         for i, case in enumerate(self.cases):
             rng = np.random.default_rng([case["seed"] & 0xFFFFFFFF, 14])
             analysis = self.analysis(i, out)
@@ -181,7 +206,7 @@ class Fleet:
                     shape["angle"] = math.radians(self.winds[i]["dir_deg"])
                 self.plans[i][name] = (shape, high)
         if any(c["names"] for c in self.cases):
-            out = self.sail(True, dt_s)
+            out = self.sail_all(True, dt_s, weaken)
         found = []
         for i, case in enumerate(self.cases):
             analysis = self.analysis(i, out)
