@@ -116,7 +116,8 @@ bool decide_explanation(Explanation& explanation, const Findings& findings, cons
   const Decision decision = decide(found);
   explanation.verdict = decision.verdict;
   explanation.p_value = decision.p_value;
-  explanation.reason = reason_text(decision, found.tests, findings, explanation.hypotheses);
+  if (decision.verdict == Verdict::undecided)
+    explanation.reason = reason_text(decision, found.tests, findings, explanation.hypotheses);
   explanation.left_p_value = selection.left_p_value;
   explanation.is_complete = decision.is_complete;
   const std::vector<std::string> fitted = comparison.all()[selection.chosen].hypothesis.names();

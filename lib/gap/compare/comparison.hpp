@@ -73,8 +73,9 @@ class Comparison {
   }
   double log_odds(std::size_t i) const { return gap::log_odds(all_, i); }
   /// How often one effect or another would have such odds beside those of `than` (0: none) where these are all that is
-  /// missing, in campaigns drawn from the linear model about that fit; beyond them, and where little was recorded, in
-  /// inverse proportion to the odds (Markov's inequality). 1 where nothing was screened beside it.
+  /// missing, in campaigns drawn from the linear model about that fit; beyond them, where little was recorded, and
+  /// where no effect could be drawn, in inverse proportion to the odds (Markov's inequality). 1 where nothing was
+  /// screened beside it.
   double chance_of(std::size_t i, std::size_t than = 0) const;
   /// Whether that is rarer than the rate, in all families of tests.
   bool is_rare(std::size_t i, std::size_t than) const {

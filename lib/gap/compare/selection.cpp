@@ -309,7 +309,7 @@ class Selector {
     const std::size_t chosen = selection_.chosen;
     if (chosen != 0) {
       selection_.latent.clear();
-      if (!has_terms(hypothesis(chosen).names()) &&
+      if (!selection_.is_latent && !has_terms(hypothesis(chosen).names()) &&
           selection_.left_p_value > surely_beside(options_.locate.false_alarm))
         return;
       find_kinds_beside(chosen);

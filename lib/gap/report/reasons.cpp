@@ -13,8 +13,9 @@ namespace {
 std::string likeliest_of(const std::vector<Explained>& hypotheses, double p_value) {
   const Explained& likeliest = *std::ranges::max_element(hypotheses, {}, &Explained::probability);
   return fmt::format(
-      "{} is likelier than all else together ({:.2f}), but odds like these would be seen in {:.3g} % of campaigns in "
-      "which nothing is missing; more recordings would decide",
+      "{} is likelier than all else together ({:.2f}), but chance alone shows as much in {:.3g} % of campaigns in "
+      "which "
+      "nothing is missing; more recordings would decide",
       fmt::join(likeliest.effects, " + "), likeliest.probability, 100.0 * p_value);
 }
 

@@ -102,7 +102,7 @@ struct Explanation {
   Findings findings;
   Verdict verdict = Verdict::undecided;
   double p_value = 1.0;
-  std::string reason;                 ///< of the verdict, to a person
+  std::string reason;                 ///< why it is undecided, to a person; empty where it is not
   std::vector<Explained> hypotheses;  ///< most probable first; "none" is one of them
   /// Coefficients that may be off by far more than the ship file states, as no effect's name fits, and how probably.
   std::map<std::string, double> coefficients_off;
