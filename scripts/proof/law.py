@@ -170,6 +170,8 @@ class Scene:
     def white(self, a, S):
         """(N, numbers) of (N, 3, recordings, samples), noise of one by unit spectra S by axis."""
         numbers = self.R * 2 * len(self.omega)
+        if S is not self.kin_S:
+            a = sep.seen(a)
         return np.concatenate([sep.whitened(a[:, axis], self.omega, S[axis]).reshape(len(a), numbers) for axis in range(3)], 1)
 
     def primes(self, name, changes):

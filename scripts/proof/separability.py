@@ -54,6 +54,18 @@ def factor_gradients(ship, level, track, i, factors, forms=None):
     return base, np.array([(accelerations(ship, level, track, i, {**factors, k: factors.get(k, 1.0) * math.exp(STEP)}, {}, forms=forms) - base) / STEP for k in m.FACTORS])
 
 
+ENDS = 0.05  # of a recording, at its begin and at its end
+
+
+def seen(a):
+    """Accelerations (..., samples), fading at both ends: what begins when a recording ends has moved nothing yet (an acceleration is seen
+    by what it does to velocities and positions), and for the Fourier transform the end would be next to the begin."""
+    n = a.shape[-1]
+    k = max(int(ENDS * n), 1)
+    rise = 0.5 - 0.5 * np.cos(math.pi * (np.arange(k) + 0.5) / k)
+    return a * np.concatenate([rise, np.ones(n - 2 * k), rise[::-1]])
+
+
 def whitened(a, omega, spectrum):
     """Columns of real numbers with unit noise, from (..., samples)."""
     n = a.shape[-1]
@@ -82,7 +94,7 @@ def spectra(track, kind, scale, error_sd, tau, L):
 def separability(change, gradients, track, kind, scale, error_sd, tau, L):
     """d' from changes and gradients of accelerations, one pair per recording."""
     omega, S = spectra(track, kind, scale, error_sd, tau, L)
-    flat = lambda a: np.concatenate([whitened(a[..., axis, :], omega, S[axis]) for axis in range(3)], -1)
+    flat = lambda a: np.concatenate([whitened(seen(a[..., axis, :]), omega, S[axis]) for axis in range(3)], -1)
     y = np.concatenate([flat(c) for c in change])
     X = np.concatenate([flat(g) for g in gradients], -1)
     A = X @ X.T + np.diag([1.0 / m.PRIOR[k] ** 2 for k in m.FACTORS])

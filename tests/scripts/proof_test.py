@@ -154,6 +154,14 @@ class Instruments(unittest.TestCase):
         np.testing.assert_allclose(lever["x0_m"] - self.columns["x0_m"], np.cos(np.radians(self.columns["psi_deg"])))
         self.assertLess(abs(np.mean(faulty(filter_s=2.0)["r_degps"] - recording.late(self.columns["t_s"], self.columns["r_degps"], 2.0))), 0.05)
 
+    def test_what_begins_when_a_recording_ends_is_not_seen(self):
+        n, last, middle = 241, np.zeros((3, 241)), np.zeros((3, 241))
+        last[0, -2:], middle[0, 120:122] = 0.01, 0.01
+        gradients = [np.zeros((len(model.FACTORS), 3, n))]
+        seen = lambda change: separability.separability([change], gradients, {"t": np.arange(n, dtype=float)}, "paper", 1.0, np.full(3, 1e-4), 15.0, 3.0)
+        self.assertGreater(seen(middle), 1.0)
+        self.assertLess(seen(last), 0.05 * seen(middle))
+
     def test_separability_is_linear_in_a_small_fault_and_zero_without(self):
         small, large = (separability.sensor_separability([self.columns], {"heading_bias_deg": b}, "paper", 1.0) for b in (0.5, 1.0))
         self.assertAlmostEqual(large / small, 2.0, 2)

@@ -71,7 +71,7 @@ class Analysis:
 
     def d_prime(self, change):
         _, S = sep.spectra({"t": self.out["t_s"]}, "paper", self.scale, self.hiding, 15.0 * self.scale, self.L)
-        flat = lambda a: np.concatenate([sep.whitened(a[..., axis, :], None, S[axis]) for axis in range(3)], -1)
+        flat = lambda a: np.concatenate([sep.whitened(sep.seen(a[..., axis, :]), None, S[axis]) for axis in range(3)], -1)
         y, X = np.concatenate([flat(c) for c in change]), np.concatenate([flat(g) for g in self.gradients], -1)
         A = X @ X.T + np.diag([1.0 / s**2 for s in vs.STATED.values()])
         b = X @ y
