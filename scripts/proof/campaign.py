@@ -260,10 +260,22 @@ class Group:
         hidden = np.repeat([self.wind_gain(i) if with_effects else (0.0 if c["wind"] == "hidden" else 1.0) for i, c in enumerate(self.cases)], self.per)
         flat = [r for rs in self.recordings for r in rs]
         track = excitation.simulate(truth, flat, self.duration, dt, self.sample_s, self.unit_wind * hidden[:, None, None], self.error)
-        bad = ~np.isfinite(track["u"]).all(1)
-        if bad.any():
-            raise RuntimeError(f"{self.ship_name}: {bad.sum()} tracks are not finite")
         return track
+
+    def runaways(self, track):
+        """Cases with a track along which the ship runs away."""
+        return sorted({int(row) // self.per for row in np.flatnonzero(~np.isfinite(track["u"]).all(1))})
+
+    def sail(self, dt):
+        """With effects; those with which a ship runs away are halved until she does not."""
+        for _ in range(6):
+            track = self.simulate(True, dt)
+            wild = self.runaways(track)
+            if not wild:
+                return track
+            for i in wild:
+                self.plans[i] = {name: (shape, 0.5 * strength) for name, (shape, strength) in self.plans[i].items()}
+        raise RuntimeError(f"{self.ship_name}: {', '.join(self.cases[i]['id'] for i in wild)}: tracks are not finite")
 
     def change(self, i, track, name, strength, shape, rows):
         """Change of accelerations by an effect, by recording."""
@@ -355,16 +367,18 @@ class Group:
 
     def make(self, dt):
         base = self.simulate(False, dt)
+        if wild := self.runaways(base):
+            raise RuntimeError(f"{self.ship_name}: {', '.join(self.cases[i]['id'] for i in wild)}: tracks are not finite without effects")
         self.plan(base)
         if not any(c["names"] for c in self.cases):
             return base, [{} for _ in self.cases]
-        track = self.simulate(True, dt)
+        track = self.sail(dt)
         found = self.realised(track)
         off = {i for i, c in enumerate(self.cases) for n, d in found[i].items()
                if n != "convention" and abs(math.log(max(d, 1e-3) / c["prime"])) > 0.3 and self.plans[i][n][1] < 0.99 * physics.ALL[n].most}
         if off:  # these alone: what a case is does not depend on those that are simulated beside it
             self.realised(track, off)
-            track = self.simulate(True, dt)
+            track = self.sail(dt)
             found = self.realised(track)
         return track, found
 

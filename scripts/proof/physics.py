@@ -68,16 +68,19 @@ def anchor_shape(rng, ship, track):
 
 def fender_shape(rng, ship, track):
     """A quay that the hull would reach into well before the end; how far is its strength."""
-    p = ship["particulars"]
+    p, best = ship["particulars"], (math.inf, 0.0, 0.0)
     for _ in range(200):
         angle = float(rng.uniform(0.0, 2.0 * math.pi))
         wx, wy = math.cos(angle), math.sin(angle)
         points = [track["x"] * wx + track["y"] * wy + a * np.cos(track["psi"] - angle) - b * np.sin(track["psi"] - angle) for a, b in m.outline(p["L_pp_m"], p["B_m"])]
         reach = np.max(points, 0)
-        at = np.unravel_index(np.argmax(reach), reach.shape)
-        if at[0] < track.get("fitted", len(reach)) and 0.2 < at[1] / reach.shape[1] < 0.8:  # in a recording that is fitted to
+        n = reach.shape[1]
+        farthest, amid = float(np.max(reach)), float(np.max(reach[:track.get("fitted", len(reach)), n // 5:4 * n // 5]))
+        best = min(best, (farthest - amid, angle, farthest))
+        if best[0] <= 0.0:  # farthest amid a recording that is fitted to
             break
-    return {"angle": angle, "reach": float(np.max(reach)), "stiffness": float(rng.uniform(0.5, 2.0))}
+    _, angle, farthest = best
+    return {"angle": angle, "reach": farthest, "stiffness": float(rng.uniform(0.5, 2.0))}
 
 
 def walk(s, h, ship):
