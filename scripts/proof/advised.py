@@ -2,7 +2,7 @@
 
     menu(ship) -> {the tool's name of a maneuver: recordings}        what the pilots are told, each for `each_s` at 3 m
     Voyage(key, menu) -> .record(folder, dt): CSV files by maneuver   the same hidden effects, coefficients and faults, weather and noise drawn anew
-    trial(...) -> {"id", "menu", "promised", "advised", "random", "right_before", "right_after": {maneuver: bool}}, where "A and B" are two of them
+    trial(...) -> {"id", "missing", "menu", "promised", "advised", "random", "right_before", "right_after": {maneuver: bool}}, where "A and B" are two of them
 
 Right is a report whose most probable hypothesis is the truth: that is what `p_right` promises. A tug that came once does not come again.
 """
@@ -128,5 +128,5 @@ def trial(binaries, output, key, report, dt, limit_s, with_all):
         record, _ = tool.explain(binaries, case / "ship.json", [*sorted(case.glob("train-*.csv")), *more], sorted(case.glob("held-*.csv")), result, limit_s)
         found = json.loads((result / "report.json").read_text(encoding="utf-8")) if record["exit_code"] == 0 else {}
         after[name] = is_right(found, key["names"])
-    return {"id": key["id"], "menu": sorted(whole), "promised": promised, "advised": advised, "random": at_random, "right_before": is_right(report, key["names"]),
-            "right_after": after}
+    return {"id": key["id"], "missing": bool(key["names"]), "menu": sorted(whole), "promised": promised, "advised": advised, "random": at_random,
+            "right_before": is_right(report, key["names"]), "right_after": after}

@@ -97,6 +97,14 @@ class Rules(unittest.TestCase):
         self.assertEqual(tables.nulls_of([*nulls, bad]), nulls)
         self.assertIn("| that misstate it, nothing missing | 1 | 1/1", "\n".join(tables.file_table([*nulls, bad])))
 
+    def test_a_promise_is_held_against_nulls_as_well(self):
+        trial = lambda missing, right: {"missing": missing, "menu": ["a", "b"], "promised": {"a": 0.5}, "advised": "a", "random": "b", "right_before": right,
+                                        "right_after": {"a": right}}
+        lines = tables.next_table([trial(True, False), trial(False, True)])[2:]
+        self.assertEqual([line.split("|")[1].strip() for line in lines],
+                         ["the maneuver that is advised" + which for which in ("", ", something missing", ", nothing missing")])
+        self.assertEqual([line.split("|")[5].split("=")[0].strip() for line in lines], ["1/2", "0/1", "1/1"])
+
     def test_tables_of_nothing_are_told_as_such(self):
         self.assertEqual(tables.next_table([]), tables.NOT_YET)
         self.assertEqual(tables.p_table([]), tables.NOT_YET)
