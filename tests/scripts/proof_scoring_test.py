@@ -241,7 +241,7 @@ class Sealed(unittest.TestCase):
         self.assertEqual(advised.advice({"next": {"maneuvers": [], "advised": None}}), ((), {}))
         self.assertTrue(advised.is_right(report(hypotheses=[(["a"], 0.3, []), (["b"], 0.6, [])]), ["b"]))
         self.assertFalse(advised.is_right(report(hypotheses=[(["a", "b"], 0.6, [])]), ["b"]))
-        trial = {"menu": ["a", "b"], "promised": {"a": 0.9, "b": 0.5}, "advised": "a", "random": "b", "right_before": False, "right_after": {"a": False, "b": True}}
+        trial = {"missing": True, "menu": ["a", "b"], "promised": {"a": 0.9, "b": 0.5}, "advised": "a", "random": "b", "right_before": False, "right_after": {"a": False, "b": True}}
         text = "\n".join(tables.next_table([trial]))
         self.assertIn("| the maneuver that is advised | 1 | 0/1", text)
         self.assertIn("| 0.90 | 0/1", text)

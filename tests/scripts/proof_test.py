@@ -173,6 +173,29 @@ class Instruments(unittest.TestCase):
         self.assertAlmostEqual(energy / 200.0, 1.0, 1)
 
 
+class Wild(campaign.Group):
+    """Two cases of two recordings; in the first the ship runs away with an effect stronger than 3."""
+
+    def __init__(self):
+        self.ship_name, self.per, self.cases = "ship", 2, [{"id": "a"}, {"id": "b"}]
+        self.plans = [{"tug": ({}, 10.0)}, {"tug": ({}, 5.0)}]
+
+    def simulate(self, with_effects, dt):
+        u = np.ones((4, 5))
+        u[1, 3:] = np.nan if self.plans[0]["tug"][1] > 3.0 else 1.0
+        return {"u": u}
+
+
+class Runaways(unittest.TestCase):
+    def test_effects_with_which_a_ship_runs_away_are_halved_until_she_does_not(self):
+        wild = Wild()
+        self.assertTrue(np.isfinite(wild.sail(0.1)["u"]).all())
+        self.assertEqual([plan["tug"][1] for plan in wild.plans], [2.5, 5.0])
+        wild.plans[0]["tug"] = ({}, 1e6)
+        with self.assertRaisesRegex(RuntimeError, "ship: a: "):
+            wild.sail(0.1)
+
+
 class Seals(unittest.TestCase):
     def test_a_changed_an_added_and_a_lost_key_are_noticed(self):
         with tempfile.TemporaryDirectory() as folder:
