@@ -81,7 +81,7 @@ class Voyage(campaign.Group):
 
     def record(self, folder, dt):
         """Writes the recordings; {maneuver: [files]}."""
-        track, out = self.simulate(True, dt), {}
+        track, out = self.finite(self.simulate(True, dt)), {}
         folder.mkdir(parents=True, exist_ok=True)
         rng, faults = np.random.default_rng([self.cases[0]["seed"] & 0xFFFFFFFF, 32]), self.faults_of(0)
         leave = () if self.key["wind"] == "measured" else ("wind_speed_mps", "wind_dir_deg")

@@ -169,6 +169,9 @@ def split_of(changes, ship):
             "x_F_over_L_pp": float(np.sum(N * Y) / np.sum(Y * Y) / L) if Y_is_there else None}
 
 
+HALVINGS = 6  # of effects with which a ship runs away
+
+
 class Group:
     """Cases that are simulated together: one ship, level and length."""
 
@@ -266,16 +269,22 @@ class Group:
         """Cases with a track along which the ship runs away."""
         return sorted({int(row) // self.per for row in np.flatnonzero(~np.isfinite(track["u"]).all(1))})
 
+    def finite(self, track):
+        """The track; a RuntimeError where a ship runs away."""
+        if wild := self.runaways(track):
+            raise RuntimeError(f"{self.ship_name}: {', '.join(self.cases[i]['id'] for i in wild)}: tracks are not finite")
+        return track
+
     def sail(self, dt):
         """With effects; those with which a ship runs away are halved until she does not."""
-        for _ in range(6):
+        for _ in range(HALVINGS):
             track = self.simulate(True, dt)
             wild = self.runaways(track)
             if not wild:
                 return track
             for i in wild:
                 self.plans[i] = {name: (shape, 0.5 * strength) for name, (shape, strength) in self.plans[i].items()}
-        raise RuntimeError(f"{self.ship_name}: {', '.join(self.cases[i]['id'] for i in wild)}: tracks are not finite")
+        return self.finite(self.simulate(True, dt))
 
     def change(self, i, track, name, strength, shape, rows):
         """Change of accelerations by an effect, by recording."""
@@ -366,9 +375,7 @@ class Group:
         return out
 
     def make(self, dt):
-        base = self.simulate(False, dt)
-        if wild := self.runaways(base):
-            raise RuntimeError(f"{self.ship_name}: {', '.join(self.cases[i]['id'] for i in wild)}: tracks are not finite without effects")
+        base = self.finite(self.simulate(False, dt))
         self.plan(base)
         if not any(c["names"] for c in self.cases):
             return base, [{} for _ in self.cases]
