@@ -1,14 +1,27 @@
 #include "core/distributions.hpp"
 
+#include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <limits>
 
 namespace leeway {
 namespace {
 
 constexpr double kManyDof = 1e6;  // as good as infinite
+
+// P(a standard normal variable < x).
+double normal_below(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
+
+// The x of which this is the probability.
+double normal_quantile(double below) {
+  if (!(below > 0.0)) return -std::numeric_limits<double>::infinity();
+  if (!(below < 1.0)) return std::numeric_limits<double>::infinity();
+  return boost::math::quantile(boost::math::normal(), below);
+}
 
 }  // namespace
 
@@ -29,5 +42,21 @@ double t_survival_two_sided(double x, double dof) {
 }
 
 double normal_survival_two_sided(double x) { return std::erfc(std::abs(x) / std::sqrt(2.0)); }
+
+double within_bounds(double z, double low, double high) {
+  if (std::isinf(low) && std::isinf(high)) return z;
+  if (z > 0.0) return -within_bounds(-z, -high, -low);  // the lower tail has all its digits
+  const double cut = normal_below(low);
+  return std::clamp(normal_quantile(cut + (normal_below(high) - cut) * normal_below(z)), low, high);
+}
+
+double without_bounds(double x, double low, double high) {
+  if (std::isinf(low) && std::isinf(high)) return x;
+  if (!(x > low)) return -std::numeric_limits<double>::infinity();
+  if (!(x < high)) return std::numeric_limits<double>::infinity();
+  if (x > 0.0) return -without_bounds(-x, -high, -low);
+  const double cut = normal_below(low);
+  return normal_quantile((normal_below(x) - cut) / (normal_below(high) - cut));
+}
 
 }  // namespace leeway

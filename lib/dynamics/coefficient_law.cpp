@@ -1,7 +1,9 @@
 #include "dynamics/coefficient_law.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -26,6 +28,18 @@ Eigen::Index place_of(const std::string& name, const CoefficientLaw& law, const 
   throw InputError(ship.file, 0, pointer,
                    fmt::format("'{}' is not an uncertain parameter of this ship{}; known: {}", name,
                                did_you_mean(name, known), fmt::join(known, ", ")));
+}
+
+// Whether two names are the same coefficient of two sides, or of two devices.
+bool are_sides(std::string_view one, std::string_view other) {
+  constexpr std::array<std::array<std::string_view, 3>, 3> kSides{
+      {{"", "_port", "_starboard"}, {"", "_negative", "_positive"}, {"azimuth.", "_1", "_2"}}};
+  const auto is_pair = [&](const auto& of) {
+    const auto [module, first, second] = of;
+    return one.starts_with(module) && one.ends_with(first) && other.ends_with(second) &&
+           one.substr(0, one.size() - first.size()) == other.substr(0, other.size() - second.size());
+  };
+  return std::ranges::any_of(kSides, is_pair);
 }
 
 }  // namespace
@@ -66,6 +80,15 @@ CoefficientLaw coefficient_law(const Ship& ship) {
     const double sd = law.coefficients[static_cast<std::size_t>(i)].sd;
     law.covariance(i, i) = sd * sd;
   }
+  const auto is_joint = [&](Eigen::Index i) { return std::ranges::find(places, i) != places.end(); };
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const UncertainCoefficient &one = law.coefficients[static_cast<std::size_t>(i)],
+                                 &other = law.coefficients[static_cast<std::size_t>(j)];
+      if (is_joint(i) || is_joint(j) || one.is_absolute != other.is_absolute || !are_sides(one.name, other.name))
+        continue;
+      law.covariance(i, j) = law.covariance(j, i) = kSidesCorrelation * one.sd * other.sd;
+    }
   for (std::size_t i = 0; i < places.size(); ++i)
     for (std::size_t j = 0; j < places.size(); ++j)
       law.covariance(places[i], places[j]) =

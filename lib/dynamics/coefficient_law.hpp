@@ -27,8 +27,14 @@ struct UncertainCoefficient {
 /// What theta does to it.
 CoefficientFactor changed(const UncertainCoefficient& coefficient, double theta);
 
+/// Correlation of the same coefficient of two sides, or of two devices that are built alike: one formula or measurement
+/// gives both, so that most of its error is common (chosen here).
+inline constexpr double kSidesCorrelation = 0.6;
+
 /// What a ship's file says of how well its coefficients are known, read here by all tools: the file's `uncertainty`,
-/// the defaults of the force modules where it says nothing, and its `coefficient_covariance` in place of both.
+/// the defaults of the force modules where it says nothing, and its `coefficient_covariance` in place of both. Where
+/// that says nothing of two sides (rudder.gain_port and _starboard, thruster.K_T_bow_positive and _negative, ...),
+/// their errors have kSidesCorrelation.
 struct CoefficientLaw {
   std::vector<UncertainCoefficient> coefficients;  ///< in the order of Model::coefficients()
   Eigen::MatrixXd covariance;                      ///< of theta, coefficients.size() square

@@ -24,7 +24,6 @@ using io::Json;
 
 constexpr double kMostRevolutions = 1.35;  // by those at service speed
 constexpr double kStartRange = 50.0;       // of the revolutions tried for self-propulsion, by the service speed over D
-constexpr double kSidesCorrelation = 0.6;  // of gamma_R to both sides, which one formula gives
 constexpr double kAirDensity_kgpm3 = 1.225;
 
 class Building {
@@ -219,15 +218,7 @@ class Building {
       all["propeller.K_T_J"] = 0.05;
       all["propeller.K_T_JJ"] = 0.10;
       all["propeller.K_T_reversed"] = 0.30;
-      if (!p_.rudder || !p_.rudder->is_vectwin) {
-        all["rudder.gain_35deg"] = 0.08;
-        const double low = all["rudder.gamma_R_negative"], high = all["rudder.gamma_R_positive"];
-        const double both = kSidesCorrelation * low * high;
-        json_["coefficient_covariance"] = {
-            {"source", "one formula gives gamma_R of both sides: most of its error is common (ours)"},
-            {"names", {"rudder.gamma_R_negative", "rudder.gamma_R_positive"}},
-            {"matrix", {{low * low, both}, {both, high * high}}}};
-      }
+      if (!p_.rudder || !p_.rudder->is_vectwin) all["rudder.gain_35deg"] = 0.08;
     }
     all["wind.k_X"] = h_.has_stated_areas ? 0.20 : 0.35;
     all["wind.k_Y"] = h_.has_stated_areas ? 0.15 : 0.30;
@@ -446,10 +437,10 @@ ShipEstimate estimate_ship(const HullParticulars& particulars, const std::vector
   const Eigen::MatrixXd covariance = conditioned_on_turning(result.ship, law, *D_T, width->sd);
   Ship::JointUncertainty joint{{}, covariance};
   for (const UncertainCoefficient& coefficient : law.coefficients) joint.names.push_back(coefficient.name);
-  result.json["coefficient_covariance"] = to_json(
-      joint, fmt::format("uncertainty, and gamma_R of both sides correlated by {:g}; conditioned on the tactical "
-                         "diameter, which such estimates have met with a log-sd of {:.3f} (docs/estimate.md)",
-                         kSidesCorrelation, width->sd));
+  result.json["coefficient_covariance"] =
+      to_json(joint, fmt::format("uncertainty, both sides correlated by {:g}; conditioned on the tactical "
+                                 "diameter, which such estimates have met with a log-sd of {:.3f} (docs/estimate.md)",
+                                 kSidesCorrelation, width->sd));
   result.ship = parse_ship(result.json, particulars.name);
   return result;
 }

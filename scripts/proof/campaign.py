@@ -390,16 +390,20 @@ class Group:
         return track, found
 
     def stated(self, case):
-        """Log-sd of the coefficients in the file that is given: what the generator draws from, or what a file says that misstates it."""
+        """What the given file says of its coefficients: the log-sd that the generator draws from, and that one draw stands for both sides."""
         names = {**IN_SHIP_FILE, **(OF_VECTWIN if self.ship["rudder"]["type"].startswith("vectwin") else OF_SINGLE)}
-        return {name: round(STATED * m.PRIOR[k], 4) for k, all_ in names.items() for name in all_}
+        sds = {k: round(STATED * m.PRIOR[k], 4) for k in names}
+        both = [(name, k) for k, all_ in names.items() for name in all_ if len(all_) > 1]
+        return {"uncertainty": {name: sds[k] for k, all_ in names.items() for name in all_},
+                "coefficient_covariance": {"names": [name for name, _ in both],
+                                           "matrix": [[sds[k] ** 2 if k == other else 0.0 for _, other in both] for _, k in both]}}
 
     def write(self, folder, keys, track, found):
         for i, case in enumerate(self.cases):
             to, secret = folder / case["id"], keys / case["id"]
             to.mkdir(parents=True, exist_ok=True)
             secret.mkdir(parents=True, exist_ok=True)
-            given = {**json.loads(json.dumps(self.ship)), "uncertainty": self.stated(case)}
+            given = {**json.loads(json.dumps(self.ship)), **self.stated(case)}
             (to / "ship.json").write_text(json.dumps(given, indent=1), encoding="utf-8")
             faults, rng = self.faults_of(i), np.random.default_rng([case["seed"] & 0xFFFFFFFF, 5])
             # Free runs take the wind as it is recorded: a ship file with an anemometer's fault corrects it.

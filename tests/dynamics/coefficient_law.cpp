@@ -60,6 +60,29 @@ TEST_CASE("coefficient law: defaults of the modules, what the file states, and j
     if (parameter.name != kTiming) CHECK(parameter.sd == sd(parameter.name));
 }
 
+TEST_CASE("coefficient law: one error stands for most of both sides, unless the file says otherwise",
+          "[dynamics][law]") {
+  const auto correlation = [](const CoefficientLaw& law, const std::string& one, const std::string& other) {
+    const auto i = static_cast<Eigen::Index>(place_of(law, one)), j = static_cast<Eigen::Index>(place_of(law, other));
+    return law.covariance(i, j) / std::sqrt(law.covariance(i, i) * law.covariance(j, j));
+  };
+  const CoefficientLaw vectwin = coefficient_law(read_ship("vectwin-3m"));
+  CHECK(correlation(vectwin, "rudder.gain_port", "rudder.gain_starboard") == Approx(kSidesCorrelation));
+  CHECK(correlation(vectwin, "thruster.K_T_bow_negative", "thruster.K_T_bow_positive") == Approx(kSidesCorrelation));
+  CHECK(correlation(vectwin, "propeller.c_1", "propeller.c_2") == 0.0);
+  CHECK(correlation(vectwin, "rudder.gain_port", "thruster.K_T_bow_positive") == 0.0);
+
+  const test::TemporaryFolder folder;
+  const std::string one = "rudder.gamma_R_negative", other = "rudder.gamma_R_positive";
+  CHECK(correlation(coefficient_law(ship_with(folder, {{"uncertainty", {{one, 0.1}}}})), one, other) ==
+        Approx(kSidesCorrelation));
+  for (const double stated : {0.0, 1.0}) {
+    const io::Json joint{{"names", {one, other}}, {"matrix", {{0.04, 0.04 * stated}, {0.04 * stated, 0.04}}}};
+    CHECK(correlation(coefficient_law(ship_with(folder, {{"coefficient_covariance", joint}})), one, other) ==
+          Approx(stated));
+  }
+}
+
 TEST_CASE("coefficient law: draws have the stated spread and correlation, times the scale", "[dynamics][law]") {
   const test::TemporaryFolder folder;
   const CoefficientLaw law = coefficient_law(ship_with(folder, {{"coefficient_covariance", kJoint}}));

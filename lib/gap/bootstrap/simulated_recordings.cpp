@@ -40,8 +40,7 @@ class UnitProcess {
 };
 
 Eigen::VectorXd drawn_theta(const Fitted& fitted, RandomStream& random) {
-  Eigen::MatrixXd precision = fitted.fit.total.F / fitted.kappa;
-  precision.diagonal() += fitted.fit.prior_sd.array().square().inverse().matrix();
+  const Eigen::MatrixXd precision = fitted.fit.total.F / fitted.kappa + fitted.fit.prior.precision();
   Eigen::VectorXd noise(precision.rows());
   for (double& x : noise) x = random.normal();
   return fitted.fit.theta + precision.llt().matrixU().solve(noise);

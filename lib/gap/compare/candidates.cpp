@@ -119,7 +119,7 @@ EffectScreen screen_of(const Campaign& campaign, const Fitted& fitted, std::vect
           fitted.hypothesis,
           std::move(candidates),
           1.0,
-          widths_by_scale(fitted.fit.parameters, fitted.fit.effects),
+          widths_by_scale(fitted.fit.stated, fitted.fit.parameters, fitted.fit.effects),
           options};
 }
 

@@ -64,7 +64,7 @@ Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const C
   if (options.none_is_possible) fit_as_stated(none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
-  none.fold_evidence = fold_evidence(blocks_, folds_, none.fit.theta, none.fit.prior_sd);
+  none.fold_evidence = fold_evidence(blocks_, folds_, none.fit.theta, none.fit.prior);
   all_.push_back(std::move(none));
 }
 
@@ -89,7 +89,7 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
   for (const double share : {1.0, 0.0})
     if (share == 1.0 || is_shifted(fit))
       screens.emplace_back(campaign_, fit, all_[from].hypothesis, candidates, share,
-                           widths_by_scale(fit.parameters, fit.effects), ScreenOptions{options_.jobs});
+                           widths_by_scale(fit.stated, fit.parameters, fit.effects), ScreenOptions{options_.jobs});
   gains_of_nothing_[from] = screens.front().gains_of_nothing(kPolicy.compare.draws_of_nothing, options_.seed);
 
   std::vector<ExpectedGain> result;
@@ -180,7 +180,7 @@ std::vector<Start> Comparison::starts_with(std::size_t from, const std::string& 
   for (const double share : {1.0, 0.0}) {
     if (candidates.empty() || (share == 0.0 && !is_shifted(fit))) break;
     const EffectScreen screen(campaign_, fit, all_[from].hypothesis, candidates, share,
-                              widths_by_scale(fit.parameters, fit.effects), {options_.jobs});
+                              widths_by_scale(fit.stated, fit.parameters, fit.effects), {options_.jobs});
     for (const auto& set : sets_of(screen, 0, candidates.size(), choice.recording.has_value()))
       starts.push_back(screen.start(set));
   }
@@ -233,7 +233,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
 
 void Comparison::judge(Fitted& fitted) const {
   const Blocks blocks = blocks_of(campaign_, fitted.fit, fitted.fit.noise, {0, nullptr}, options_.jobs);
-  fitted.fold_evidence = fold_evidence(blocks, folds_, fitted.fit.theta, fitted.fit.prior_sd);
+  fitted.fold_evidence = fold_evidence(blocks, folds_, fitted.fit.theta, fitted.fit.prior);
   fitted.kappa = overdispersion_of(fitted.fit, blocks);
   std::tie(fitted.gain, fitted.gain_sd) = gain(fitted, none());
 }
@@ -300,7 +300,7 @@ bool Comparison::refit_none(std::size_t from) {
   expected_.clear();
   all_.push_back(std::move(*none));
   blocks_ = blocks_of(campaign_, all_.front().fit, all_.front().fit.noise, {0, nullptr}, options_.jobs);
-  all_.front().fold_evidence = fold_evidence(blocks_, folds_, all_.front().fit.theta, all_.front().fit.prior_sd);
+  all_.front().fold_evidence = fold_evidence(blocks_, folds_, all_.front().fit.theta, all_.front().fit.prior);
   return true;
 }
 
@@ -322,7 +322,7 @@ bool Comparison::fit_as_stated(Fitted& fitted) const {
   const double before = fitted.log_evidence;
   if (!(fitted.fit.scale > 1.0)) return false;
   Fitted other = fitted;
-  other.fit.prior_sd = widths_at(fitted.fit.parameters, fitted.fit.effects, 1.0).sd;
+  other.fit.prior = fitted.fit.stated;
   other.fit.scale = 1.0;
   Eigen::VectorXd theta = fitted.fit.theta;
   theta.head(theta.size() - 1 - fitted.fit.effects).setZero();
@@ -381,10 +381,10 @@ void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
   FittedNull& fit = fitted.fit;
   for (int i = 0; i < kPolicy.compare.most_scales; ++i) {
     const PriorWidths best =
-        file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest;
-    if ((best.sd.array() / fit.prior_sd.array()).log().abs().maxCoeff() < kPolicy.compare.same_width) break;
+        file_evidence(fit.total, fit.theta, widths_by_scale(fit.stated, fit.parameters, fit.effects)).likeliest;
+    if ((best.prior.sd().array() / fit.prior.sd().array()).log().abs().maxCoeff() < kPolicy.compare.same_width) break;
     FittedNull other = fit;
-    other.prior_sd = best.sd;
+    other.prior = best.prior;
     other.scale = best.scale;
     try {
       other = fit_with(campaign, other, fitted.hypothesis, other.theta, fit_options_);

@@ -9,15 +9,9 @@
 namespace leeway::gap {
 namespace {
 
-Eigen::VectorXd pull(const FittedNull& fit) {
-  return fit.prior_sd.array().square().inverse().matrix().cwiseProduct(fit.theta);
-}
+Eigen::VectorXd pull(const FittedNull& fit) { return fit.prior.pull(fit.theta); }
 
-Eigen::MatrixXd curvature(const Eigen::MatrixXd& F, const FittedNull& fit) {
-  Eigen::MatrixXd M = F;
-  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
-  return M;
-}
+Eigen::MatrixXd curvature(const Eigen::MatrixXd& F, const FittedNull& fit) { return F + fit.prior.precision(); }
 
 }  // namespace
 

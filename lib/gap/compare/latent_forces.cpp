@@ -436,7 +436,7 @@ class Search {
         for (const Evidence& part : parts) total += without_columns(part, known, columns, size);
       else
         total = without_columns(together, known, columns, size);
-      by_size.push_back(marginal(total, fit_.theta, fit_.prior_sd));
+      by_size.push_back(marginal(total, fit_.theta, fit_.prior));
     }
     return log_mean_exp(by_size) + (error.knows_events ? fit_.log_prior_of_events : 0.0);
   }

@@ -129,7 +129,7 @@ void refine_tugs(const Campaign& campaign, const FitOptions& options, Fitted& fi
         }
     }
     if (candidates.empty()) return;
-    const EffectScreen screen(campaign, fitted.fit, fitted.hypothesis, candidates, 1.0, {{.sd = fitted.fit.prior_sd}},
+    const EffectScreen screen(campaign, fitted.fit, fitted.hypothesis, candidates, 1.0, {{.prior = fitted.fit.prior}},
                               {options.jobs});
     std::map<std::pair<std::size_t, std::string>, std::pair<double, double>> best;  // gain and time
     for (std::size_t c = 0; c < candidates.size(); ++c) {

@@ -168,11 +168,11 @@ SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::siz
   const FroudeScale scale(campaign.ship.particulars.L_pp);
   const Usual usual = usual_of(campaign, scale);
   const Numbers all(evidence_of_faults(campaign, fit, scale, jobs), fit.theta, scale);
-  const std::vector<PriorWidths> widths = widths_by_scale(fit.parameters, fit.effects);
+  const std::vector<PriorWidths> widths = widths_by_scale(fit.stated, fit.parameters, fit.effects);
   const FileEvidence sound = file_evidence(fit.total, fit.theta, widths);
   const std::vector<std::vector<std::size_t>> folds = folds_of(campaign, all.blocks);
   const std::vector<double> folds_of_sound =
-      fold_evidence(all.beside(std::nullopt), folds, fit.theta, sound.likeliest.sd);
+      fold_evidence(all.beside(std::nullopt), folds, fit.theta, sound.likeliest.prior);
   SeenFaults result;
   for (std::size_t m = 0; m < all.members.size(); ++m) {
     const FaultCandidate& member = *all.members[m];
@@ -183,15 +183,14 @@ SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::siz
     theta << fit.theta, Eigen::VectorXd::Zero(numbers);
     const FileEvidence with = file_evidence(beside, theta, with_coordinates(widths, n, numbers));
     if (!std::isfinite(with.log_evidence)) continue;
-    const Eigen::VectorXd precision = with.likeliest.sd.array().square().inverse();
-    Eigen::MatrixXd M = beside.F;
-    M.diagonal() += precision;
+    const ThetaPrior& prior = with.likeliest.prior;
+    const Eigen::MatrixXd M = beside.F + prior.precision();
     const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
-    const Eigen::VectorXd step = covariance * (beside.b - precision.cwiseProduct(theta));
+    const Eigen::VectorXd step = covariance * (beside.b - prior.pull(theta));
     SeenFault seen;
     seen.log_bayes_factor = with.log_evidence - sound.log_evidence;
     std::tie(seen.fault.heldout_gain, seen.fault.heldout_gain_sd) =
-        heldout_gain(fold_evidence(blocks, folds, theta, with.likeliest.sd), folds_of_sound);
+        heldout_gain(fold_evidence(blocks, folds, theta, with.likeliest.prior), folds_of_sound);
     seen.fault.name = member.name;
     seen.fault.separating_maneuver = separating_maneuver(member.name);
     Eigen::VectorXd at_3m(numbers);
@@ -208,7 +207,7 @@ SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::siz
     rephrase(seen.fault);
     result.faults.push_back(std::move(seen));
   }
-  result.gains_of_nothing = gains_of_nothing(project(all.total, fit.theta, sound.likeliest.sd), all.candidates(),
+  result.gains_of_nothing = gains_of_nothing(project(all.total, fit.theta, sound.likeliest.prior), all.candidates(),
                                              kPolicy.compare.draws_of_nothing, seed);
   return result;
 }

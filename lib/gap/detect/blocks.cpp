@@ -81,13 +81,13 @@ Evidence without(const Evidence& total, const Blocks& blocks, const std::vector<
 }
 
 std::vector<double> fold_evidence(const Blocks& blocks, const std::vector<std::vector<std::size_t>>& folds,
-                                  const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
+                                  const Eigen::VectorXd& theta, const ThetaPrior& prior) {
   const Evidence total = blocks.total();
-  const double all = marginal(total, theta, prior_sd);
+  const double all = marginal(total, theta, prior);
   std::vector<double> result;
   result.reserve(folds.size());
   for (const std::vector<std::size_t>& fold : folds)
-    result.push_back(all - marginal(without(total, blocks, fold), theta, prior_sd));
+    result.push_back(all - marginal(without(total, blocks, fold), theta, prior));
   return result;
 }
 

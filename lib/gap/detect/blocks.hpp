@@ -30,7 +30,7 @@ std::vector<std::vector<std::size_t>> folds_of(const Campaign& campaign, const B
 Evidence without(const Evidence& total, const Blocks& blocks, const std::vector<std::size_t>& fold);
 /// ln p(what was left out | the rest) by fold, with all that the evidence is about integrated out.
 std::vector<double> fold_evidence(const Blocks& blocks, const std::vector<std::vector<std::size_t>>& folds,
-                                  const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd);
+                                  const Eigen::VectorXd& theta, const ThetaPrior& prior);
 /// Sum over the folds of what `better` predicts better than `than`, and its standard error [nats].
 std::pair<double, double> heldout_gain(const std::vector<double>& better, const std::vector<double>& than);
 

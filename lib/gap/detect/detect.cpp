@@ -31,7 +31,7 @@ Projected projected_columns(const FittedNull& fit, const EffectLibrary& library,
   });
   Evidence total(fit.theta.size() + library.columns());
   for (const Evidence& part : parts) total += part;
-  return project(total, fit.theta, fit.prior_sd);
+  return project(total, fit.theta, fit.prior);
 }
 
 std::vector<TestedEffect> tested_effects(const Projected& projected, const EffectLibrary& library) {

@@ -33,7 +33,7 @@ LevelProblem problem_of(const Campaign& campaign, const FittedNull& fit, const S
   const Eigen::Index p = fit.theta.size();
   LevelProblem problem{fit.stretches,
                        Eigen::VectorXd::Zero(p + count),
-                       Eigen::VectorXd::Constant(p + count, kPolicy.detect.flat_prior_sd),
+                       fit.prior.with(p, Eigen::VectorXd::Constant(count, kPolicy.detect.flat_prior_sd)),
                        {count,
                         [&columns](std::size_t s) {
                           return [&columns, s](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) { out = columns[s][k]; };
@@ -45,12 +45,11 @@ LevelProblem problem_of(const Campaign& campaign, const FittedNull& fit, const S
                        jobs};
   if (campaign.has_wind) problem.free.push_back(kWindLevel);
   problem.theta.head(p) = fit.theta;
-  problem.prior_sd.head(p) = fit.prior_sd;
   return problem;
 }
 
 Projected project_at(const LevelProblem& problem, const FittedNull& fit, const Levels& levels) {
-  return project(problem.total(noise_of(levels, fit.noise)), fit.theta, fit.prior_sd);
+  return project(problem.total(noise_of(levels, fit.noise)), fit.theta, fit.prior);
 }
 
 // Degrees of freedom of the information about beta, which is known through the estimated levels h.
@@ -73,10 +72,9 @@ double degrees_of_freedom(const LevelProblem& problem, const FittedNull& fit, co
 }
 
 // ln p of a fold's data when beta and theta are fitted to the others: b'm - m'Fm/2 at the others' posterior mean.
-double predicted(const Evidence& fold, const Evidence& others, const Eigen::VectorXd& precision,
+double predicted(const Evidence& fold, const Evidence& others, const Eigen::MatrixXd& precision,
                  const Eigen::VectorXd& prior_pull, Eigen::Index columns) {
-  Eigen::MatrixXd M = others.F.topLeftCorner(columns, columns);
-  M.diagonal() += precision.head(columns);
+  const Eigen::MatrixXd M = others.F.topLeftCorner(columns, columns) + precision.topLeftCorner(columns, columns);
   const Eigen::VectorXd m = M.llt().solve(others.b.head(columns) - prior_pull.head(columns));
   return fold.b.head(columns).dot(m) - 0.5 * m.dot(fold.F.topLeftCorner(columns, columns) * m);
 }
@@ -85,7 +83,7 @@ double predicted(const Evidence& fold, const Evidence& others, const Eigen::Vect
 //   p, count  numbers of the parameters and of the effect's columns
 //   kappa     by which errors are wider than the model says
 void add_heldout_gain(Refit& result, const Campaign& campaign, const Blocks& blocks, const Evidence& total,
-                      const Eigen::VectorXd& precision, const Eigen::VectorXd& prior_pull, Eigen::Index p,
+                      const Eigen::MatrixXd& precision, const Eigen::VectorXd& prior_pull, Eigen::Index p,
                       Eigen::Index count, double kappa) {
   const std::vector<std::vector<std::size_t>> folds = folds_of(campaign, blocks);
   std::vector<double> gains;
@@ -124,11 +122,9 @@ Refit refit(const Campaign& campaign, const FittedNull& fit, const EffectLibrary
   // Blocks: correlation between them that the noise model does not know, and held-out gains.
   const Blocks blocks = blocks_of(campaign, fit, noise_of(h, fit.noise), problem.extra, jobs);
   const Evidence total = blocks.total();
-  const Eigen::VectorXd precision = problem.prior_sd.array().square().inverse();
-  const Eigen::VectorXd prior_pull = precision.cwiseProduct(problem.theta);
-  Eigen::MatrixXd M = total.F;
-  M.diagonal() += precision;
-  const Eigen::VectorXd fitted = M.llt().solve(total.b - prior_pull);
+  const Eigen::MatrixXd& precision = problem.prior.precision();
+  const Eigen::VectorXd prior_pull = problem.prior.pull(problem.theta);
+  const Eigen::VectorXd fitted = (total.F + precision).llt().solve(total.b - prior_pull);
   Eigen::VectorXd direction(p + count);
   direction << -at.of_theta * test.beta, test.beta;
   const double kappa = overdispersion(blocks, direction, fitted);

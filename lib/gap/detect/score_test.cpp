@@ -4,16 +4,13 @@
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
-Projected project(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
+Projected project(const Evidence& evidence, const Eigen::VectorXd& theta, const ThetaPrior& prior) {
   const Eigen::Index p = theta.size(), count = evidence.b.size() - p;
-  const Eigen::VectorXd precision = prior_sd.array().square().inverse();
-  Eigen::MatrixXd M = evidence.F.topLeftCorner(p, p);
-  M.diagonal() += precision;
+  const Eigen::MatrixXd M = evidence.F.topLeftCorner(p, p) + prior.precision();
   const Eigen::MatrixXd cross = evidence.F.topRightCorner(p, count);
   Projected result;
   result.of_theta = M.llt().solve(cross);
-  result.b =
-      evidence.b.tail(count) - result.of_theta.transpose() * (evidence.b.head(p) - precision.cwiseProduct(theta));
+  result.b = evidence.b.tail(count) - result.of_theta.transpose() * (evidence.b.head(p) - prior.pull(theta));
   result.F = evidence.F.bottomRightCorner(count, count) - cross.transpose() * result.of_theta;
   return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gap/filter/state_space.hpp"
+#include "gap/fit/theta_prior.hpp"
 
 namespace leeway::gap {
 
@@ -11,7 +12,7 @@ struct Projected {
   Eigen::MatrixXd F;
   Eigen::MatrixXd of_theta;  ///< columns of theta that imitate each column, p x count
 };
-Projected project(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd);
+Projected project(const Evidence& evidence, const Eigen::VectorXd& theta, const ThetaPrior& prior);
 
 /// b' F^-1 b over the directions that the recordings determine, and their number.
 struct ScoreTest {

@@ -173,7 +173,7 @@ EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const
   const FileEvidence over = is_finite ? file_evidence(result.evidence, result.theta, with_added)
                                       : FileEvidence{-std::numeric_limits<double>::infinity(), with_added.front(), {}};
   result.log_evidence = over.log_evidence;
-  result.prior_sd = over.likeliest.sd;
+  result.prior = over.likeliest.prior;
   return result;
 }
 
@@ -194,7 +194,7 @@ std::vector<double> EffectScreen::gains_of_nothing(std::size_t draws, std::uint6
     const Eigen::Index first = first_[c] - theta_.size();
     alone.push_back({first, candidates_[c].z, first + candidates_[c].z.size()});
   }
-  return gap::gains_of_nothing(project(finite, theta_, part({}).prior_sd), alone, draws, seed);
+  return gap::gains_of_nothing(project(finite, theta_, part({}).prior), alone, draws, seed);
 }
 
 Start EffectScreen::start(const std::vector<std::size_t>& set) const {
@@ -203,10 +203,7 @@ Start EffectScreen::start(const std::vector<std::size_t>& set) const {
   for (const std::size_t c : set)
     result.hypothesis.effects.insert(result.hypothesis.effects.end(), candidates_[c].effects.begin(),
                                      candidates_[c].effects.end());
-  const Eigen::VectorXd precision = p.prior_sd.array().square().inverse();
-  Eigen::MatrixXd M = p.evidence.F;
-  M.diagonal() += precision;
-  const Eigen::VectorXd step = M.llt().solve(p.evidence.b - precision.cwiseProduct(p.theta));
+  const Eigen::VectorXd step = (p.evidence.F + p.prior.precision()).llt().solve(p.evidence.b - p.prior.pull(p.theta));
   if (!step.allFinite()) return result;
   const Eigen::Index coefficients = theta_.size() - 1 - effects_, effects = p.theta.size() - 1 - coefficients;
   const double too_long =
@@ -227,7 +224,7 @@ std::vector<Start> starts_of(const std::string& effect, const Campaign& campaign
   const std::vector<Candidate> candidates = candidates_of(effect, campaign.ship, std::move(choices));
   for (const double share : {1.0, 0.0}) {
     if (share == 0.0 && !is_shifted(from)) break;
-    const EffectScreen screen(campaign, from, so_far, candidates, share, {{.sd = from.prior_sd}}, {jobs});
+    const EffectScreen screen(campaign, from, so_far, candidates, share, {{.prior = from.prior}}, {jobs});
     for (std::size_t i = 0; i < candidates.size(); ++i) starts.push_back(screen.start({i}));
   }
   std::stable_sort(starts.begin(), starts.end(),

@@ -61,7 +61,8 @@ class EffectScreen {
   struct Part {
     std::vector<Eigen::Index> places;  // in the evidence: theta with the candidates' coordinates
     Evidence evidence;
-    Eigen::VectorXd theta, prior_sd;
+    Eigen::VectorXd theta;
+    ThetaPrior prior;
     double log_evidence = 0.0;
   };
   Part part(const std::vector<std::size_t>& set) const;  // with the likeliest widths

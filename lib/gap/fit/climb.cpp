@@ -39,7 +39,7 @@ Climb::Climb(const Campaign& campaign, FittedNull& fit, const Hypothesis& hypoth
 }
 
 LevelProblem Climb::levels() const {
-  return {fit_.stretches,      fit_.theta,   fit_.prior_sd, ExtraColumns{0, nullptr}, fit_.noise, fit_.level_prior_mean,
+  return {fit_.stretches,      fit_.theta,   fit_.prior,   ExtraColumns{0, nullptr}, fit_.noise, fit_.level_prior_mean,
           fit_.level_prior_sd, free_levels_, options_.jobs};
 }
 
@@ -83,7 +83,7 @@ bool Climb::until_converged(int most_iterations, Judged judged, std::int64_t lev
     if (!follows()) throw NumericalError(diverged());
     const Eigen::VectorXd slope = slope_now();
     double& distance = fit_.report.distance;
-    fit_.report.gradient = slope.cwiseProduct(fit_.prior_sd).cwiseAbs().maxCoeff();
+    fit_.report.gradient = slope.cwiseProduct(fit_.prior.sd()).cwiseAbs().maxCoeff();
     distance = distance_now();
     const bool stands =
         iteration > 1 && moved < kPolicy.fit.theta_converged && noise_moved < kPolicy.fit.noise_converged;
@@ -107,7 +107,7 @@ bool Climb::until_converged(int most_iterations, Judged judged, std::int64_t lev
       fit_.total = levels().total(fit_.noise);
     }
     // Far from the best noise levels likelihoods say little, and about the measurements' path nothing.
-    moved = step(damping, is_free).cwiseQuotient(fit_.prior_sd).cwiseAbs().maxCoeff();
+    moved = step(damping, is_free).cwiseQuotient(fit_.prior.sd()).cwiseAbs().maxCoeff();
     parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
       fit_.smoothed[s] = smooth(fit_.stretches[s], fit_.noise, Eigen::VectorXd::Zero(fit_.theta.size()));
       if (!judges) return;
@@ -175,11 +175,7 @@ void Climb::judge_all() {
   fit_.total = levels().total(fit_.noise);
 }
 
-Eigen::MatrixXd Climb::curvature_now() const {
-  Eigen::MatrixXd M = fit_.total.F;
-  M.diagonal() += precision();
-  return M;
-}
+Eigen::MatrixXd Climb::curvature_now() const { return fit_.total.F + fit_.prior.precision(); }
 
 bool Climb::follows() const { return std::isfinite(fit_.total.log_likelihood) && fit_.total.b.allFinite(); }
 
@@ -190,7 +186,7 @@ double Climb::distance_now() const {
 }
 
 double Climb::log_posterior() const {
-  return fit_.total.log_likelihood - 0.5 * fit_.theta.dot(precision().cwiseProduct(fit_.theta));
+  return fit_.total.log_likelihood - 0.5 * fit_.theta.dot(fit_.prior.pull(fit_.theta));
 }
 
 // A Gauss-Newton step of theta, shortened by 1 + damping, until it makes what was recorded more likely, unless

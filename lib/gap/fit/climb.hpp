@@ -47,8 +47,7 @@ class Climb {
   std::string diverged() const;
   void linearize_ensemble(const std::vector<LinearStretch>& before);
   void judge_all();
-  Eigen::VectorXd precision() const { return fit_.prior_sd.array().square().inverse(); }
-  Eigen::VectorXd slope_now() const { return fit_.total.b - precision().cwiseProduct(fit_.theta); }
+  Eigen::VectorXd slope_now() const { return fit_.total.b - fit_.prior.pull(fit_.theta); }
   Eigen::MatrixXd curvature_now() const;
   double distance_now() const;
   double log_posterior() const;

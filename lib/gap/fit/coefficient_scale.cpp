@@ -9,25 +9,36 @@
 namespace leeway::gap {
 namespace {
 
-// Odds, prior times Bayes factor, of each coefficient being off by far more against none. Of a coefficient that is
-// known as N(m, v) with the narrow prior, the factor is the mean of the wide prior over the narrow one.
+// Odds, prior times Bayes factor, of each coefficient being off by far more against none. The covariance before grows
+// by `added` in one place; with the narrow prior's precision P, and theta known as N(m, V) with it, all follows from u
+// = P e, u'm and u'V u (Sherman & Morrison).
 Eigen::VectorXd odds_of_slabs(const Evidence& evidence, const Eigen::VectorXd& theta, const PriorWidths& widths) {
   Eigen::VectorXd odds = Eigen::VectorXd::Zero(theta.size());
   if (widths.slab.size() == 0) return odds;
-  const Eigen::VectorXd precision = widths.sd.array().square().inverse();
-  Eigen::MatrixXd M = evidence.F;
-  M.diagonal() += precision;
+  const Eigen::MatrixXd& P = widths.prior.precision();
+  const Eigen::MatrixXd M = evidence.F + P;
   const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
-  const Eigen::VectorXd mean = theta + covariance * (evidence.b - precision.cwiseProduct(theta));
+  const Eigen::VectorXd mean = theta + covariance * (evidence.b - widths.prior.pull(theta));
   const auto n = static_cast<double>((widths.slab.array() > 0.0).count());
   for (Eigen::Index i = 0; i < odds.size(); ++i) {
-    const double narrow = widths.sd[i], wide = widths.slab[i], v = covariance(i, i);
+    const double narrow = widths.prior.sd()[i], wide = widths.slab[i];
     if (!(wide > narrow)) continue;
-    const double wider = 1.0 / (1.0 / v + 1.0 / (wide * wide) - 1.0 / (narrow * narrow));
-    const double side = widths.side[i] * mean[i] / v * std::sqrt(wider);  // where the wide posterior lies, in its sd
+    const double added = wide * wide - narrow * narrow, grown = 1.0 + added * P(i, i), freed = added / grown;
+    Eigen::VectorXd Vu = Eigen::VectorXd::Zero(theta.size());
+    double u_m = 0.0, u_V_u = 0.0;
+    const std::vector<Eigen::Index> linked = widths.prior.linked(i);
+    for (const Eigen::Index j : linked) {
+      Vu += P(j, i) * covariance.col(j);
+      u_m += P(j, i) * mean[j];
+    }
+    for (const Eigen::Index j : linked) u_V_u += P(j, i) * Vu[j];
+    const double kept = 1.0 - freed * u_V_u;
+    const double wide_mean = mean[i] + Vu[i] * freed * u_m / kept,
+                 wide_variance = covariance(i, i) + freed * Vu[i] * Vu[i] / kept;
+    const double side = widths.side[i] * wide_mean / std::sqrt(wide_variance);
     const double share = widths.side[i] == 0.0 ? 1.0 : std::erfc(-side / std::sqrt(2.0));
-    const double exponent = 0.5 * mean[i] * mean[i] / v * (wider / v - 1.0);
-    odds[i] = share * kPolicy.fit.slab_odds / n * narrow / wide * std::sqrt(wider / v) *
+    const double exponent = 0.5 * freed * u_m * u_m / kept;
+    odds[i] = share * kPolicy.fit.slab_odds / n / std::sqrt(grown * kept) *
               std::exp(std::min(exponent, kPolicy.fit.most_slab_nats));
   }
   return odds;
@@ -35,12 +46,13 @@ Eigen::VectorXd odds_of_slabs(const Evidence& evidence, const Eigen::VectorXd& t
 
 }  // namespace
 
-PriorWidths widths_at(const std::vector<UncertainParameter>& parameters, Eigen::Index effects, double scale) {
+PriorWidths widths_at(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters, Eigen::Index effects,
+                      double scale) {
   const auto n = static_cast<Eigen::Index>(parameters.size()), coefficients = n - 1 - effects;
-  PriorWidths result{Eigen::VectorXd(n), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n), scale, 0.0};
+  PriorWidths result{stated.scaled(coefficients, scale), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n), scale,
+                     0.0};
   for (Eigen::Index i = 0; i < n; ++i) {
     const UncertainParameter& p = parameters[static_cast<std::size_t>(i)];
-    result.sd[i] = p.sd * (i < coefficients ? scale : 1.0);
     if (i >= coefficients || p.is_absolute || (!p.may_be_far_more && !p.may_be_far_less)) continue;
     result.slab[i] = kPolicy.fit.slab_log_sd;
     result.side[i] = (p.may_be_far_more ? 1.0 : 0.0) - (p.may_be_far_less ? 1.0 : 0.0);
@@ -48,14 +60,15 @@ PriorWidths widths_at(const std::vector<UncertainParameter>& parameters, Eigen::
   return result;
 }
 
-std::vector<PriorWidths> widths_by_scale(const std::vector<UncertainParameter>& parameters, Eigen::Index effects) {
+std::vector<PriorWidths> widths_by_scale(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters,
+                                         Eigen::Index effects) {
   constexpr const FitPolicy& of = kPolicy.fit;
   std::vector<PriorWidths> result;
   result.reserve(of.scales);
   double sum = 0.0;
   for (std::size_t i = 0; i < of.scales; ++i) {
     const double z = of.scale_reach_sd * (2.0 * static_cast<double>(i) / static_cast<double>(of.scales - 1) - 1.0);
-    result.push_back(widths_at(parameters, effects, std::exp(of.scale_log_sd * z)));
+    result.push_back(widths_at(stated, parameters, effects, std::exp(of.scale_log_sd * z)));
     result.back().log_weight = -0.5 * z * z;
     sum += std::exp(result.back().log_weight);
   }
@@ -64,16 +77,16 @@ std::vector<PriorWidths> widths_by_scale(const std::vector<UncertainParameter>& 
 }
 
 std::vector<PriorWidths> with_coordinates(std::vector<PriorWidths> widths, Eigen::Index place, Eigen::Index count) {
-  const auto insert = [&](Eigen::VectorXd& of, double value) {
+  const auto insert = [&](Eigen::VectorXd& of) {
     if (of.size() == 0) return;
     Eigen::VectorXd longer(of.size() + count);
-    longer << of.head(place), Eigen::VectorXd::Constant(count, value), of.tail(of.size() - place);
+    longer << of.head(place), Eigen::VectorXd::Zero(count), of.tail(of.size() - place);
     of = std::move(longer);
   };
   for (PriorWidths& one : widths) {
-    insert(one.sd, 1.0);
-    insert(one.slab, 0.0);
-    insert(one.side, 0.0);
+    one.prior = one.prior.with(place, Eigen::VectorXd::Ones(count));
+    insert(one.slab);
+    insert(one.side);
   }
   return widths;
 }
@@ -87,7 +100,7 @@ FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& thet
     const Eigen::VectorXd odds = odds_of_slabs(evidence, theta, one);
     const double any = 1.0 + odds.sum();
     const double here =
-        one.log_weight + marginal(evidence, theta, one.sd) + std::log(any / (1.0 + kPolicy.fit.slab_odds));
+        one.log_weight + marginal(evidence, theta, one.prior) + std::log(any / (1.0 + kPolicy.fit.slab_odds));
     if (!std::isfinite(here)) continue;
     if (here > most) {
       const double less = std::exp(most - here);
@@ -105,8 +118,9 @@ FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& thet
   result.off /= sum;
   for (Eigen::Index i = 0; i < off_now.size(); ++i)
     if (off_now[i] > 0.0) {
-      const double narrow = result.likeliest.sd[i], wide = result.likeliest.slab[i];
-      result.likeliest.sd[i] = 1.0 / std::sqrt((1.0 - off_now[i]) / (narrow * narrow) + off_now[i] / (wide * wide));
+      const double narrow = result.likeliest.prior.sd()[i], wide = result.likeliest.slab[i];
+      result.likeliest.prior.widen(
+          i, 1.0 / std::sqrt((1.0 - off_now[i]) / (narrow * narrow) + off_now[i] / (wide * wide)));
     }
   return result;
 }

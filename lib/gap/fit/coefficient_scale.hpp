@@ -11,10 +11,10 @@
 /// is: spike and slab, and the slab is the only heavy tail.
 namespace leeway::gap {
 
-/// Standard deviations of theta at one value of the common scale.
+/// What is believed of theta at one value of the common scale.
 struct PriorWidths {
-  Eigen::VectorXd sd;
-  Eigen::VectorXd slab = {};  ///< the same of what is off by far more; 0: cannot be; empty: nothing can
+  ThetaPrior prior;
+  Eigen::VectorXd slab = {};  ///< sd of what is off by far more; 0: cannot be; empty: nothing can
   Eigen::VectorXd side = {};  ///< to which it may be: 1 more, -1 less, 0 both
   double scale = 1.0;
   double log_weight = 0.0;  ///< ln of the probability that the scale is this one
@@ -22,10 +22,13 @@ struct PriorWidths {
 
 /// theta = (coefficients, coordinates of effects, timing): the coefficients' widths times the scale, the others as they
 /// are.
-PriorWidths widths_at(const std::vector<UncertainParameter>& parameters, Eigen::Index effects, double scale);
+///   stated  of theta, as the ship's file has it
+PriorWidths widths_at(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters, Eigen::Index effects,
+                      double scale);
 
 /// On nine values of the scale, from a fifth to four and a half times what is stated; weights sum to 1.
-std::vector<PriorWidths> widths_by_scale(const std::vector<UncertainParameter>& parameters, Eigen::Index effects);
+std::vector<PriorWidths> widths_by_scale(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters,
+                                         Eigen::Index effects);
 
 /// The same with standard normal coordinates inserted at a place of theta, which no slab has.
 std::vector<PriorWidths> with_coordinates(std::vector<PriorWidths> widths, Eigen::Index place, Eigen::Index count);

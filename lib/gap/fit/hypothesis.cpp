@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/distributions.hpp"
 #include "core/errors.hpp"
 #include "core/linear_algebra.hpp"
 #include "core/random.hpp"
@@ -17,13 +18,29 @@ namespace leeway::gap {
 namespace {
 
 constexpr double kDirectionUnit_deg = 143.61952130254163;  // 360/sqrt(2 pi)
-// Of the logarithm of a factor that is missing physics: wider than what a coefficient's own uncertainty explains, so
-// that the factor and not the coefficient takes what is off.
-// A wall that turns must not leave the hull that it touches somewhere: 0.014 deg.
 
 double in_circle_deg(double angle_deg) {
   const double turned = std::fmod(angle_deg, 360.0);
   return turned < 0.0 ? turned + 360.0 : turned;
+}
+
+// A value of a normal or log-normal prior from its median, in its sd.
+double standard(const Prior& prior, double value) {
+  return (prior.kind == Prior::Kind::log_normal ? std::log(value / prior.median) : value - prior.median) / prior.sd;
+}
+
+double bounded(const Prior& prior, double z) {
+  const double x = within_bounds(z, standard(prior, prior.low), standard(prior, prior.high));
+  return std::clamp(
+      prior.kind == Prior::Kind::log_normal ? prior.median * std::exp(prior.sd * x) : prior.median + prior.sd * x,
+      prior.low, prior.high);
+}
+
+// The length of a vector, at most the prior's.
+double bounded_length(const Prior& prior, double components) {
+  const double most = prior.high / prior.sd, share_below = -std::expm1(-0.5 * most * most);
+  const double length = std::sqrt(-2.0 * std::log1p(share_below * std::expm1(-0.5 * components * components)));
+  return std::min(prior.sd * length, prior.high);
 }
 
 }  // namespace
@@ -120,12 +137,8 @@ std::optional<Eigen::VectorXd> FreeEffect::neutral() const {
       at += 2;
       continue;
     }
-    if (c.prior.kind == Prior::Kind::normal)
-      z[at] = (off - c.prior.median) / c.prior.sd;
-    else if (c.prior.kind == Prior::Kind::log_normal)
-      z[at] = (std::log(off) - std::log(c.prior.median)) / c.prior.sd;
-    else
-      return std::nullopt;
+    if (c.prior.kind != Prior::Kind::normal && c.prior.kind != Prior::Kind::log_normal) return std::nullopt;
+    z[at] = without_bounds(standard(c.prior, off), standard(c.prior, c.prior.low), standard(c.prior, c.prior.high));
     if (!(std::abs(z[at]) < kPolicy.fit.farthest)) return std::nullopt;
     ++at;
   }
@@ -136,9 +149,8 @@ double FreeEffect::value_of(const Coordinate& c, double z) const {
   if (is_direction(c.prior)) return in_circle_deg(towards_deg_ + kDirectionUnit_deg * z);
   switch (c.prior.kind) {
     case Prior::Kind::log_normal:
-      return std::clamp(c.prior.median * std::exp(c.prior.sd * z), c.prior.low, c.prior.high);
     case Prior::Kind::normal:
-      return std::clamp(c.prior.median + c.prior.sd * z, c.prior.low, c.prior.high);
+      return bounded(c.prior, z);
     case Prior::Kind::uniform:
       return c.prior.low + (c.prior.high - c.prior.low) * 0.5 * std::erfc(-z / std::sqrt(2.0));
     case Prior::Kind::rayleigh:
@@ -152,7 +164,7 @@ std::vector<double> FreeEffect::values(const Eigen::Ref<const Eigen::VectorXd>& 
   Eigen::Index at = 0;
   for (const Coordinate& c : coordinates_) {
     if (c.is_vector()) {
-      result[c.parameter] = std::min(c.prior.sd * std::hypot(z[at], z[at + 1]), c.prior.high);
+      result[c.parameter] = bounded_length(c.prior, std::hypot(z[at], z[at + 1]));
       result[*direction_] = in_circle_deg(std::atan2(z[at + 1], z[at]) / kDegree);
       at += 2;
     } else {
@@ -191,19 +203,22 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
   }
   const std::vector<double> best = values(mean);
   std::vector<Parameter> result;
-  const auto add = [&](std::size_t i) {
+  const auto add = [&](std::size_t i, const Prior& prior) {
     std::vector<double>& x = draws[i];
     if (direction_ == i)  // about the best, so that 359 and 1 deg are neighbors
       for (double& angle : x) angle = best[i] + std::remainder(angle - best[i], 360.0);
     std::sort(x.begin(), x.end());
     double square = 0.0;
     for (const double value : x) square += (value - best[i]) * (value - best[i]);
-    result.push_back({std::string(parameters_[i].name), best[i], std::sqrt(square / kPolicy.fit.posterior_draws),
-                      quantile(x, kPolicy.show.tail95), quantile(x, 1.0 - kPolicy.show.tail95)});
+    const double sd = std::sqrt(square / kPolicy.fit.posterior_draws);
+    const auto is_near = [&](double bound) { return std::abs(best[i] - bound) < sd; };
+    result.push_back({std::string(parameters_[i].name), best[i], sd, quantile(x, kPolicy.show.tail95),
+                      quantile(x, 1.0 - kPolicy.show.tail95),
+                      !is_direction(prior) && (is_near(prior.high) || (prior.low != 0.0 && is_near(prior.low)))});
   };
   for (const Coordinate& c : coordinates_) {
-    add(c.parameter);
-    if (c.is_vector()) add(*direction_);
+    add(c.parameter, c.prior);
+    if (c.is_vector()) add(*direction_, kAnyDirection);
   }
   return result;
 }
@@ -211,6 +226,7 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
 Eigen::VectorXd FreeEffect::sd_of_formula(const Eigen::VectorXd& z) const {
   const double share = effect_named(name_).info.formula_sd;
   Eigen::VectorXd sd = Eigen::VectorXd::Zero(size());
+  if (share == 0.0) return sd;
   Eigen::Index at = 0;
   for (const Coordinate& c : coordinates_) {
     if (c.is_vector()) {
@@ -220,10 +236,11 @@ Eigen::VectorXd FreeEffect::sd_of_formula(const Eigen::VectorXd& z) const {
     }
     if (is_direction(c.prior))
       sd[at] = share / kDegree / kDirectionUnit_deg;
-    else if (c.prior.kind == Prior::Kind::log_normal)
-      sd[at] = share / c.prior.sd;
-    else if (c.prior.kind == Prior::Kind::normal)
-      sd[at] = share * std::abs(value_of(c, z[at])) / c.prior.sd;
+    else if (c.prior.kind != Prior::Kind::uniform) {
+      const double h = kPolicy.fit.difference;
+      const double slope = (value_of(c, z[at] + h) - value_of(c, z[at] - h)) / (2.0 * h);
+      sd[at] = std::min(share * std::abs(value_of(c, z[at])) / slope, 1.0);  // at a bound no wider than before
+    }
     ++at;
   }
   return sd;

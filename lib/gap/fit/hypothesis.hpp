@@ -16,8 +16,8 @@ namespace leeway::gap {
 ///   - a speed or force with a direction: its two components by the prior's sd (Rayleigh); nothing is at z = 0;
 ///   - a direction of something else: from `towards_deg`, in units of 360/sqrt(2 pi) deg, as flat as the density of all
 ///     directions;
-///   - log-normal, normal, uniform: (ln x - ln median)/sd, (x - median)/sd, inverse normal distribution of the share of
-///     the range.
+///   - log-normal, normal, uniform: the standard normal value below which is as much of the distribution, cut off at
+///     its bounds, as is below x: (ln x - ln median)/sd, (x - median)/sd where the bounds are far.
 ///
 /// A factor on something (1: nothing is missing) gets a log-sd of at least 0.6: stated coefficients have their own
 /// uncertainty already. It is at most what the catalogue's prior allows. Parameters that have a default and no neutral
@@ -67,6 +67,7 @@ class FreeEffect {
   struct Parameter {
     std::string name;
     double estimate = 0.0, sd = 0.0, low = 0.0, high = 0.0;
+    bool is_at_bound = false;  ///< of its prior, within its sd; 0, where nothing acts, is none
   };
   std::vector<Parameter> parameters(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const;
   /// Standard deviation of strengths and directions in z by the error of the effect's formula; places have none.

@@ -95,20 +95,17 @@ struct Posterior {
   Eigen::LLT<Eigen::MatrixXd> precision;
   Eigen::VectorXd slope;
 };
-Posterior posterior_of(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
-  const Eigen::VectorXd of_prior = prior_sd.array().square().inverse();
-  Eigen::MatrixXd M = evidence.F;
-  M.diagonal() += of_prior;
-  return {Eigen::LLT<Eigen::MatrixXd>(M), evidence.b - of_prior.cwiseProduct(theta)};
+Posterior posterior_of(const Evidence& evidence, const Eigen::VectorXd& theta, const ThetaPrior& prior) {
+  return {Eigen::LLT<Eigen::MatrixXd>(evidence.F + prior.precision()), evidence.b - prior.pull(theta)};
 }
 
 }  // namespace
 
-double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd) {
-  const Posterior step = posterior_of(evidence, theta, prior_sd);
+double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const ThetaPrior& prior) {
+  const Posterior step = posterior_of(evidence, theta, prior);
   const double log_det = 2.0 * step.precision.matrixLLT().diagonal().array().log().sum();
-  return evidence.log_likelihood - 0.5 * theta.dot(prior_sd.array().square().inverse().matrix().cwiseProduct(theta)) +
-         0.5 * step.slope.dot(step.precision.solve(step.slope)) - 0.5 * log_det - prior_sd.array().log().sum();
+  return evidence.log_likelihood + prior.log_density(theta) + 0.5 * step.slope.dot(step.precision.solve(step.slope)) -
+         0.5 * log_det;
 }
 
 Levels levels_of(const Noise& noise) {
@@ -183,7 +180,7 @@ double LevelProblem::cost(const Levels& at, Levels& slope) const {
   Evidence total(theta.size());
   for (const Evidence& part : parts) total += part;
 
-  const Posterior step = posterior_of(total, theta, prior_sd);
+  const Posterior step = posterior_of(total, theta, prior);
   const Eigen::VectorXd mean = step.precision.solve(step.slope);
   const Eigen::MatrixXd root = step.precision.matrixU().solve(Eigen::MatrixXd::Identity(mean.size(), mean.size()));
   std::vector<NoiseSlope> slopes(sample.size());
@@ -200,7 +197,7 @@ double LevelProblem::cost(const Levels& at, Levels& slope) const {
         at[i] < bounds.low[i] - kPolicy.fit.at_bound || at[i] > bounds.high[i] + kPolicy.fit.at_bound;
     slope[i] = off[i] / prior_sd_of_levels[i] - (is_beyond ? 0.0 : data[i]);
   }
-  return -marginal(total, theta, prior_sd) + 0.5 * off.squaredNorm();
+  return -marginal(total, theta, prior) + 0.5 * off.squaredNorm();
 }
 
 std::vector<double> LevelProblem::costs(const std::vector<Levels>& points) const {
@@ -216,7 +213,7 @@ std::vector<double> LevelProblem::costs(const std::vector<Levels>& points) const
   for (std::size_t i = 0; i < points.size(); ++i) {
     Evidence total(theta.size());
     for (std::size_t s = 0; s < n; ++s) total += parts[i * n + s];
-    costs.push_back(-marginal(total, theta, prior_sd) +
+    costs.push_back(-marginal(total, theta, prior) +
                     0.5 * ((points[i] - prior_mean).array() / prior_sd_of_levels.array()).square().sum());
   }
   return costs;

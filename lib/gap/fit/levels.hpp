@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gap/filter/state_space.hpp"
+#include "gap/fit/theta_prior.hpp"
 #include "gap/policy/policy.hpp"
 
 /// Levels of the noise, and how well they explain the recordings.
@@ -17,8 +18,8 @@ using LevelCurvature = Eigen::Matrix<double, kLevels, kLevels>;
 Levels levels_of(const Noise& noise);
 Noise noise_of(const Levels& levels, const Noise& like);
 
-/// ln of the integral of exp(log_likelihood + b'd - d'Fd/2) N(theta + d; 0, sd^2) over d.
-double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const Eigen::VectorXd& prior_sd);
+/// ln of the integral of exp(log_likelihood + b'd - d'Fd/2) prior(theta + d) over d.
+double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const ThetaPrior& prior);
 
 /// Columns beside theta for each stretch: columns_of(stretch).
 struct ExtraColumns {
@@ -29,7 +30,8 @@ struct ExtraColumns {
 /// How well noise levels explain the recordings: parameters (theta and those of the extra columns) are integrated out.
 struct LevelProblem {
   const std::vector<LinearStretch>& stretches;
-  Eigen::VectorXd theta, prior_sd;  ///< of theta and the extra columns; the latter start at zero
+  Eigen::VectorXd theta;  ///< with those of the extra columns, which start at zero
+  ThetaPrior prior;
   ExtraColumns extra;
   Noise like;  ///< for what is not among the levels
   Levels prior_mean, prior_sd_of_levels;

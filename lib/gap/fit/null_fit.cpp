@@ -109,7 +109,7 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
   report.typical = typical_acceleration(fit.stretches).cwiseMax(reference_acceleration(campaign.ship));
   report.step_s = campaign.step_s;
   report.samples = fit.total.measurements;
-  report.log_likelihood = marginal(fit.total, fit.theta, fit.prior_sd);
+  report.log_likelihood = marginal(fit.total, fit.theta, fit.prior);
   report.log_likelihood_per_sample =
       report.log_likelihood / static_cast<double>(std::max<std::size_t>(1, report.samples));
   constexpr const char* kNames[] = {"x0_m", "y0_m", "psi_deg", "u_mps", "vm_mps", "r_degps"};
@@ -132,13 +132,13 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
 }
 
 void take(const PriorWidths& widths, FittedNull& fit) {
-  fit.prior_sd = widths.sd;
+  fit.prior = widths.prior;
   fit.scale = widths.scale;
 }
 
 // With the coefficients as uncertain as stated, then at the common scale that is likeliest.
 void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
-  take(widths_at(fit.parameters, fit.effects, 1.0), fit);
+  take(widths_at(fit.stated, fit.parameters, fit.effects, 1.0), fit);
   const bool converged_as_stated = climb.until_converged(options.most_iterations, Judged::all);
   const NullFit as_stated = fit.report;
   const Eigen::VectorXd theta = fit.theta;
@@ -146,7 +146,7 @@ void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
   std::vector<std::vector<StateVector>> paths;
   for (const LinearStretch& stretch : fit.stretches) paths.push_back(stretch.path);
   // Wider, data that fit badly can lead anywhere. Then the parameters stay where the stated uncertainty holds them.
-  take(file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest, fit);
+  take(file_evidence(fit.total, fit.theta, widths_by_scale(fit.stated, fit.parameters, fit.effects)).likeliest, fit);
   fit.report.converged = climb.until_converged(options.most_iterations / 2, Judged::nothing);
   if (!fit.report.converged) {
     const int iterations = fit.report.iterations;
@@ -190,7 +190,7 @@ FittedNull continued(const Campaign& campaign, const FitOptions& options, Fitted
   const Hypothesis nothing;
   Climb climb(campaign, fit, nothing, options, true);
   fit.report.converged = climb.until_converged(options.most_iterations, judged);
-  take(file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).likeliest, fit);
+  take(file_evidence(fit.total, fit.theta, widths_by_scale(fit.stated, fit.parameters, fit.effects)).likeliest, fit);
   fit.report.converged &= climb.until_converged(options.most_iterations / 2, Judged::nothing);
   return fit;
 }
@@ -227,6 +227,8 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
     fit.parameters = {timing_parameter()};  // what the ensemble may err by is its members' spread
   else
     fit.parameters = uncertain_parameters(campaign.ship);
+  fit.stated = campaign.ensemble ? ThetaPrior(Eigen::VectorXd::Constant(1, fit.parameters.back().sd))
+                                 : ThetaPrior(coefficient_law(campaign.ship), fit.parameters.back().sd);
   const auto p = static_cast<Eigen::Index>(fit.parameters.size());
   fit.theta = Eigen::VectorXd::Zero(p);
   fit.noise = first_noise(campaign);
@@ -246,7 +248,7 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
   const Hypothesis nothing;
   Climb climb(campaign, fit, nothing, options, true);
   if (near_by) {
-    fit.prior_sd = near_by->prior_sd;
+    fit.prior = near_by->prior;
     fit.scale = near_by->scale;
     // Outliers are judged by its noise: levels that moved first would hide them.
     try {
@@ -269,8 +271,11 @@ FittedNull fit_with(const Campaign& campaign, const FittedNull& from, const Hypo
   const Eigen::Index effects = hypothesis.size(), coefficients = from.theta.size() - 1 - from.effects;
   fit.effects = effects;
   fit.theta = theta0;
-  fit.prior_sd.resize(fit.theta.size());
-  fit.prior_sd << from.prior_sd.head(coefficients), Eigen::VectorXd::Ones(effects), from.prior_sd.tail(1);
+  const auto beside = [&](const ThetaPrior& prior) {
+    return prior.without(coefficients, from.effects).with(coefficients, Eigen::VectorXd::Ones(effects));
+  };
+  fit.stated = beside(from.stated);
+  fit.prior = beside(from.prior);
   fit.parameters.erase(fit.parameters.begin() + coefficients, fit.parameters.end() - 1);
   for (const FreeEffect& effect : hypothesis.effects)
     for (Eigen::Index i = 0; i < effect.size(); ++i)
@@ -309,13 +314,12 @@ FittedNull follow(const Campaign& campaign, const FittedNull& fit, const Hypothe
 
 double log_evidence(const FittedNull& fit) {
   const Levels off = (levels_of(fit.noise) - fit.level_prior_mean).cwiseQuotient(fit.level_prior_sd);
-  return file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).log_evidence -
+  return file_evidence(fit.total, fit.theta, widths_by_scale(fit.stated, fit.parameters, fit.effects)).log_evidence -
          0.5 * off.squaredNorm() + fit.log_prior_of_events;
 }
 
 Eigen::MatrixXd posterior_covariance(const FittedNull& fit) {
-  Eigen::MatrixXd M = fit.total.F;
-  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
+  const Eigen::MatrixXd M = fit.total.F + fit.prior.precision();
   return M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
 }
 

@@ -18,7 +18,8 @@ struct FittedNull {
   std::vector<std::vector<Vec3<double>>> event_scale;  ///< of each stretch, as LinearStretch has it
   double log_prior_of_events = 0.0;                    ///< each block and axis as likely as one event in all is
   Evidence total;                                      ///< about theta, at the end
-  Eigen::VectorXd prior_sd;                            ///< of theta, at the likeliest common scale of the coefficients
+  ThetaPrior stated;                                   ///< of theta, as the ship's file has it
+  ThetaPrior prior;                                    ///< the same at the likeliest common scale of the coefficients
   double scale = 1.0;  ///< that one: by which the coefficients are more uncertain than stated
   Levels level_prior_mean, level_prior_sd;
   LevelCurvature level_curvature = LevelCurvature::Identity();

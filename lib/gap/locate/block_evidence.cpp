@@ -124,12 +124,9 @@ class BlockFilter {
 // Puts the stretches together; the parameters take what they can.
 void join(const FittedNull& fit, const std::vector<Part>& parts, BlockEvidence& result) {
   const Eigen::Index p = fit.theta.size(), all = static_cast<Eigen::Index>(result.blocks.size()) * result.kinds;
-  const Eigen::VectorXd precision = fit.prior_sd.array().square().inverse();
   Evidence total(p);
   for (const Part& part : parts) total += part.of_theta;
-  Eigen::MatrixXd M = total.F;
-  M.diagonal() += precision;
-  const Eigen::LLT<Eigen::MatrixXd> factor(M);
+  const Eigen::LLT<Eigen::MatrixXd> factor(total.F + fit.prior.precision());
   Eigen::MatrixXd cross(p, all);
   result.b.resize(all);
   result.F = Eigen::MatrixXd::Zero(all, all);
@@ -144,7 +141,7 @@ void join(const FittedNull& fit, const std::vector<Part>& parts, BlockEvidence& 
   const Eigen::MatrixXd of_theta = factor.solve(cross);
   // Their pull is that of the fit, which events do not take part in: else they would shift the parameters and show all
   // over.
-  result.b -= of_theta.transpose() * (fit.total.b - precision.cwiseProduct(fit.theta));
+  result.b -= of_theta.transpose() * (fit.total.b - fit.prior.pull(fit.theta));
   result.F_given = result.F;
   result.F -= cross.transpose() * of_theta;
 }

@@ -61,7 +61,7 @@ PatternEvidence pattern_evidence(const Campaign& campaign, const FittedNull& fit
   });
   Evidence total(fit.theta.size() + count);
   for (const Evidence& part : parts) total += part;
-  result.projected = project(total, fit.theta, fit.prior_sd);
+  result.projected = project(total, fit.theta, fit.prior);
   return result;
 }
 

@@ -98,6 +98,7 @@ struct FitPolicy {
   std::size_t posterior_draws = 4000;  ///< [draws] for intervals of parameters that are no linear function of z | origin: choice, time
   double factor_log_sd = 0.6;  ///< [ln] least prior sd of a factor: stated coefficients have their own uncertainty already | origin: choice
   double least_factor = 0.02;  ///< [-] lower bound of a factor; the upper one is the catalogue's | origin: choice
+  double least_own_variance = 1e-6;  ///< [-] of a coefficient's stated variance, that does not follow from the others | origin: choice, rounding
   double difference = 0.01;  ///< [prior sd] of a coordinate, for derivatives | origin: choice
   double direction_difference = 1e-4;  ///< [prior sd] the same of a direction | origin: choice
   double farthest = 8.0;  ///< [prior sd] beyond which a coordinate is not followed | origin: choice

@@ -24,7 +24,7 @@ struct ExplainedParameter {
   std::string recording;  ///< where it differs between recordings; the first stands for their mean, without one
   double estimate = 0.0, sd = 0.0, low = 0.0, high = 0.0;  ///< low, high: 95 % interval
   double prior_low = 0.0, prior_high = 0.0;                ///< the same before any recording was seen; NaN: unknown
-  bool is_at_bound = false;                                ///< the estimate is where the catalogue's bounds end
+  bool is_at_bound = false;                                ///< a bound of the catalogue is within its sd
 };
 
 /// What is said of one effect or fault.

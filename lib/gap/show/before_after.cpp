@@ -21,7 +21,8 @@ namespace {
 // A fit whose effects stand in the ship now.
 FittedNull with_effects_in_ship(FittedNull fit) {
   fit.theta = without_effects(fit.theta, fit.effects);
-  fit.prior_sd = without_effects(fit.prior_sd, fit.effects);
+  fit.stated = fit.stated.without(fit.theta.size() - 1, fit.effects);
+  fit.prior = fit.prior.without(fit.theta.size() - 1, fit.effects);
   fit.parameters.erase(fit.parameters.end() - 1 - fit.effects, fit.parameters.end() - 1);
   fit.effects = 0;
   return fit;
@@ -181,10 +182,10 @@ class BeforeAfterRuns {
 
   // Whether the recordings speak for coefficients other than those of the ship file, after what their freedom costs.
   bool are_likelier(const Evidence& total) const {
-    Eigen::VectorXd as_stated = fit_.prior_sd;
+    Eigen::VectorXd as_stated = fit_.prior.sd();
     as_stated.head(as_stated.size() - 1 - fit_.effects).setConstant(kPolicy.show.as_stated_log_sd);
-    return marginal(total, fit_.theta, fit_.prior_sd) >
-           marginal(total, fit_.theta, as_stated) + kPolicy.show.likelier_nats;
+    return marginal(total, fit_.theta, fit_.prior) >
+           marginal(total, fit_.theta, ThetaPrior(as_stated)) + kPolicy.show.likelier_nats;
   }
 
   void learn_what_is_left() {

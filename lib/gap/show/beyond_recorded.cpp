@@ -73,8 +73,7 @@ std::optional<BeyondRecorded> turning_beyond_recorded(const Answered& of, const 
 
   const FittedNull& fit = of.answer.fit;
   const Eigen::Index n = fit.theta.size(), coefficients = n - 1 - fit.effects;
-  Eigen::MatrixXd M = fit.total.F;
-  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
+  const Eigen::MatrixXd M = fit.total.F + fit.prior.precision();
   const Eigen::LLT<Eigen::MatrixXd> llt(M);
   std::vector<double> found(kPolicy.show.turning_draws);
   parallel_for(found.size(), of.options.locate.jobs, [&](std::size_t d) {

@@ -72,12 +72,7 @@ class ParametersOf {
       const FreeEffect::Parameter& p = after[i];
       ExplainedParameter one{effect.name(), p.name,        recording,     p.estimate,    p.sd,
                              tails[i].low,  tails[i].high, before[i].low, before[i].high};
-      const auto bounds =
-          std::find_if(known.begin(), known.end(), [&](const EffectParameter& of) { return of.name == p.name; });
-      if (bounds != known.end()) {
-        const Prior prior = bounds->prior(campaign_.ship.particulars.L_pp);
-        one.is_at_bound = !is_direction(prior) && (p.estimate <= prior.low || p.estimate >= prior.high);
-      }
+      one.is_at_bound = p.is_at_bound;
       const bool is_response_time = std::any_of(known.begin(), known.end(), [&](const EffectParameter& of) {
         return of.name == p.name && of.role == ParameterRole::response_time;
       });
@@ -234,7 +229,8 @@ void mark_chosen(Explanation& explanation) {
 
 // Coefficients that are off in one hypothesis, with its probability.
 void add_coefficients_off(Explanation& explanation, const FittedNull& fit, double probability) {
-  const Eigen::VectorXd off = file_evidence(fit.total, fit.theta, widths_by_scale(fit.parameters, fit.effects)).off;
+  const Eigen::VectorXd off =
+      file_evidence(fit.total, fit.theta, widths_by_scale(fit.stated, fit.parameters, fit.effects)).off;
   for (Eigen::Index i = 0; i < off.size(); ++i)
     if (off[i] > 0.0)
       explanation.coefficients_off[fit.parameters[static_cast<std::size_t>(i)].name] += probability * off[i];

@@ -102,8 +102,7 @@ Survivor survivor(const Fitted& fitted, const Campaign& campaign, bool is_of_oth
   result.fit.noise = fit.noise;
   result.fit.level_prior_mean = fit.level_prior_mean;
   result.fit.level_prior_sd = fit.level_prior_sd;
-  Eigen::MatrixXd M = fit.total.F;
-  M.diagonal() += fit.prior_sd.array().square().inverse().matrix();
+  const Eigen::MatrixXd M = fit.total.F + fit.prior.precision();
   const Eigen::Index coefficients = fit.theta.size() - 1 - fit.effects;
 
   std::vector<Eigen::Index> kept;  // places in the fit's theta; -1 for what is drawn anew
@@ -132,7 +131,7 @@ Survivor survivor(const Fitted& fitted, const Campaign& campaign, bool is_of_oth
   const auto n = static_cast<Eigen::Index>(kept.size());
   result.fit.effects = n - 1 - coefficients;
   result.fit.theta = Eigen::Map<const Eigen::VectorXd>(theta.data(), n);
-  result.fit.prior_sd = Eigen::VectorXd::Ones(n);
+  result.fit.prior = ThetaPrior(Eigen::VectorXd::Ones(n));
   result.precision = Eigen::MatrixXd::Identity(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) {

@@ -30,7 +30,7 @@ std::optional<Fitted> fitted_alone(const Answered& of, const Modules& free) {
     const UncertainParameter& p = fit.parameters[static_cast<std::size_t>(i)];
     if (std::any_of(free.begin(), free.end(), [&](const std::string& m) { return is_of_module(p.name, m); })) continue;
     fit.theta[i] = 0.0;
-    fit.prior_sd[i] = kPolicy.show.as_stated_log_sd * (p.is_absolute ? p.sd : 1.0);
+    fit.prior.hold(i, kPolicy.show.as_stated_log_sd * (p.is_absolute ? p.sd : 1.0));
   }
   FitOptions options;
   options.jobs = of.options.locate.jobs;
@@ -42,7 +42,7 @@ std::optional<Fitted> fitted_alone(const Answered& of, const Modules& free) {
     return std::nullopt;  // the simulator runs away
   }
   const Blocks blocks = blocks_of(of.campaign, fit, fit.noise, {0, nullptr}, options.jobs);
-  result.fold_evidence = fold_evidence(blocks, of.comparison.folds(), fit.theta, fit.prior_sd);
+  result.fold_evidence = fold_evidence(blocks, of.comparison.folds(), fit.theta, fit.prior);
   result.kappa = 1.0;
   return result;
 }
@@ -112,8 +112,8 @@ class FileJudge {
   // How many of the coefficients are known better than the file states: sum of 1 - variance after/before.
   double determined() const {
     FittedNull stated = fit_;
-    for (Eigen::Index i = 0; i < count(); ++i) stated.prior_sd[i] = fit_.parameters[static_cast<std::size_t>(i)].sd;
-    const Eigen::VectorXd before = stated.prior_sd.cwiseAbs2(), after = posterior_covariance(stated).diagonal();
+    stated.prior = fit_.stated;
+    const Eigen::VectorXd before = stated.prior.sd().cwiseAbs2(), after = posterior_covariance(stated).diagonal();
     return static_cast<double>(count()) - coefficients(Eigen::VectorXd(after.cwiseQuotient(before))).sum();
   }
 

@@ -18,7 +18,7 @@ TEST_CASE("screen: where nothing is missing, an effect gains much no more often 
     std::vector<gap::Candidate> candidates;
     for (const std::string& effect : effects)
       for (gap::Candidate& candidate : gap::candidates_of(effect, ship)) candidates.push_back(std::move(candidate));
-    const gap::EffectScreen screen(campaign, fit, {}, candidates, 1.0, {{.sd = fit.prior_sd}}, {2});
+    const gap::EffectScreen screen(campaign, fit, {}, candidates, 1.0, {{.prior = fit.prior}}, {2});
     return screen.gains_of_nothing(4000, 1);
   };
   const auto share_above = [](const std::vector<double>& gains, double limit) {

@@ -18,6 +18,13 @@ std::vector<gap::UncertainParameter> parameters(std::size_t coefficients, double
   return result;
 }
 
+// Each coefficient independent of the others.
+gap::ThetaPrior stated(const std::vector<gap::UncertainParameter>& parameters) {
+  Eigen::VectorXd sd(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t i = 0; i < parameters.size(); ++i) sd[static_cast<Eigen::Index>(i)] = parameters[i].sd;
+  return gap::ThetaPrior(sd);
+}
+
 // What recordings say that know each coefficient to `sd`, and have it at `off`.
 gap::Evidence known(const Eigen::VectorXd& off, double sd) {
   gap::Evidence evidence(off.size());
@@ -30,6 +37,11 @@ gap::Evidence known(const Eigen::VectorXd& off, double sd) {
 
 TEST_CASE("common scale: the evidence is that of all scales and of all that may be off by far more", "[gap]") {
   const std::vector<gap::UncertainParameter> all = parameters(3, 0.1);
+  const bool go_together = GENERATE(false, true);
+  leeway::CoefficientLaw law;
+  law.covariance.resize(3, 3);
+  law.covariance << 0.010, 0.007, -0.002, 0.007, 0.010, 0.0, -0.002, 0.0, 0.010;
+  const gap::ThetaPrior before = go_together ? gap::ThetaPrior(law, all.back().sd) : stated(all);
   gap::Evidence evidence(4);
   Eigen::MatrixXd root(4, 4);
   root << 9.0, 2.0, -1.0, 0.5, 0.0, 12.0, 3.0, 1.0, 0.0, 0.0, 4.0, -2.0, 0.0, 0.0, 0.0, 1.0;
@@ -37,14 +49,14 @@ TEST_CASE("common scale: the evidence is that of all scales and of all that may 
   evidence.b << 20.0, -35.0, 6.0, 0.3;
   evidence.log_likelihood = -12.0;
   const Eigen::VectorXd theta = (Eigen::VectorXd(4) << 0.05, -0.02, 0.0, 0.1).finished();
-  const std::vector<gap::PriorWidths> widths = gap::widths_by_scale(all, 0);
+  const std::vector<gap::PriorWidths> widths = gap::widths_by_scale(before, all, 0);
   double sum = 0.0;
   for (const gap::PriorWidths& one : widths) {
-    double here = std::exp(gap::marginal(evidence, theta, one.sd));
+    double here = std::exp(gap::marginal(evidence, theta, one.prior));
     for (Eigen::Index i = 0; i < 3; ++i) {
-      Eigen::VectorXd wide = one.sd;
-      wide[i] = gap::kPolicy.fit.slab_log_sd;
-      if (wide[i] > one.sd[i])
+      gap::ThetaPrior wide = one.prior;
+      wide.widen(i, gap::kPolicy.fit.slab_log_sd);
+      if (wide.sd()[i] > one.prior.sd()[i])
         here += gap::kPolicy.fit.slab_odds / 3.0 * std::exp(gap::marginal(evidence, theta, wide));
     }
     sum += std::exp(one.log_weight) * here / (1.0 + gap::kPolicy.fit.slab_odds);
@@ -55,7 +67,7 @@ TEST_CASE("common scale: the evidence is that of all scales and of all that may 
 TEST_CASE("common scale: a file that is wrong throughout is a worse file, one coefficient alone is off", "[gap]") {
   constexpr Eigen::Index kCoefficients = 20;
   const std::vector<gap::UncertainParameter> all = parameters(kCoefficients, 0.1);
-  const std::vector<gap::PriorWidths> widths = gap::widths_by_scale(all, 0);
+  const std::vector<gap::PriorWidths> widths = gap::widths_by_scale(stated(all), all, 0);
   const Eigen::VectorXd there = Eigen::VectorXd::Zero(kCoefficients + 1);
   Eigen::VectorXd off = there;
   for (Eigen::Index i = 0; i < kCoefficients; ++i) off[i] = i % 2 == 0 ? 0.25 : -0.25;  // 2.5 sd, all of them
@@ -67,6 +79,6 @@ TEST_CASE("common scale: a file that is wrong throughout is a worse file, one co
   const gap::FileEvidence one = gap::file_evidence(known(off, 0.01), there, widths);
   CHECK(one.likeliest.scale < 1.2);
   CHECK(one.off[3] > 0.99);
-  CHECK(one.likeliest.sd[3] > 0.5);
+  CHECK(one.likeliest.prior.sd()[3] > 0.5);
   CHECK(one.off.sum() - one.off[3] < 0.1);
 }

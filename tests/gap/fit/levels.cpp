@@ -59,16 +59,16 @@ TEST_CASE("noise levels: the slope of their cost agrees with central differences
     noise.one_receiver = one_receiver;
     noise.receiver_sd = 0.02;
     noise.receiver_tau_s = 2.5;
-    gap::LevelProblem problem{stretches,
-                              0.1 * Eigen::VectorXd::LinSpaced(p + 1, -1.0, 1.0),
-                              Eigen::VectorXd::Constant(p + 1, 0.3),
-                              extra,
-                              noise,
-                              gap::levels_of(noise).array() + 0.2,
-                              gap::Levels::Constant(2.0),
-                              {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
+    gap::LevelProblem problem{
+        stretches,
+        0.1 * Eigen::VectorXd::LinSpaced(p + 1, -1.0, 1.0),
+        gap::ThetaPrior(Eigen::VectorXd::Constant(p, 0.3)).with(p, Eigen::VectorXd::Constant(1, 10.0)),
+        extra,
+        noise,
+        gap::levels_of(noise).array() + 0.2,
+        gap::Levels::Constant(2.0),
+        {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
     if (one_receiver) problem.free.insert(problem.free.end(), {10, 11});
-    problem.prior_sd[p] = 10.0;
     const gap::Levels at = gap::levels_of(noise);
     gap::Levels slope;
     const double cost = problem.cost(at, slope);

@@ -66,6 +66,24 @@ Ship with_effect(Ship ship, const std::string& type,
 
 }  // namespace
 
+TEST_CASE("gap: coefficients that the file lets go together stay together", "[gap]") {
+  Ship stated = read_ship("esso-osaka-3m");
+  // What a zigzag tells of the added mass in sway holds for one that it tells nothing about.
+  stated.coefficient_covariance =
+      Ship::JointUncertainty{{"inertia.m_y", "wind.k_X"}, (Eigen::Matrix2d() << 0.04, 0.04, 0.04, 0.04).finished()};
+  Ship truth = stated;
+  truth.multiply({{"inertia.m_y", 1.2}});
+  const gap::FittedNull fit = gap::fit_null(gap::prepare(stated, zigzags(truth, 120.0), {}), {});
+  const auto shift = [&](const std::string& name) {
+    for (std::size_t i = 0; i < fit.parameters.size(); ++i)
+      if (fit.parameters[i].name == name) return fit.theta[static_cast<Eigen::Index>(i)];
+    throw std::out_of_range(name);
+  };
+  CHECK(shift("inertia.m_y") > 0.05);
+  CHECK(shift("wind.k_X") == Approx(shift("inertia.m_y")).epsilon(0.01));
+  CHECK(std::abs(shift("wind.k_Y")) < 1e-3);  // calm air
+}
+
 TEST_CASE("gap: noise levels are recovered, and a perfect simulator errs by nothing", "[gap][long]") {
   const Ship ship = read_ship("esso-osaka-3m");
   gap::Campaign campaign = gap::prepare(ship, zigzags(ship), {});
