@@ -17,7 +17,7 @@ constexpr double kLimitSlack = 0.02;       // of an actuator's range: measured v
 constexpr double kHoleSteps = 1.5;         // sampling times without a sample, as in resample()
 constexpr double kMostSamplesApart = 1e5;  // between two samples, our choice: a file of two rows may drive for a day
 constexpr double kMostSamples = 1e7;       // of a replay in all, our choice: four months at one a second
-constexpr int kSlowParts = 10;             // of a sampling time, in which rudders with a memory are followed
+constexpr int kSlowParts = 10;             // of a sampling time: rudders with a memory are followed, moves placed
 
 void hold_last(std::vector<double>& values) {
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -73,6 +73,8 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
                       recording.file, outside, info(actuator.channel).name, ship.name));
     channels_.push_back(actuator.channel);
     actuators_.push_back(values);
+    rates_.push_back(actuator.rate);
+    tails_.push_back(actuator.rate * actuator.time_constant_s);
   }
 
   wind_x_.assign(n, 0.0);
@@ -110,15 +112,32 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
 RecordedInputs::Place RecordedInputs::place(double t_s) const {
   const std::size_t above = first_above(t_, t_s), after = std::min(above, t_.size() - 1),
                     before = above == 0 ? 0 : above - 1;
-  const bool is_between = interpolation_ == InputInterpolation::linear && after > before;
+  const bool is_between = interpolation_ != InputInterpolation::hold && after > before;
   return {before, after, is_between ? (t_s - t_[before]) / (t_[after] - t_[before]) : 0.0};
+}
+
+double RecordedInputs::angle_or_speed(std::size_t actuator, const Place& at) const {
+  const std::vector<double>& values = actuators_[actuator];
+  if (interpolation_ != InputInterpolation::at_actuator_rate || at.weight == 0.0) return at.value(values);
+  const double change = values[at.after] - values[at.before];
+  const double moving = std::abs(change) / (rates_[actuator] * (t_[at.after] - t_[at.before]));  // share of the time
+  const double tail = std::max(tails_[actuator], rates_[actuator] * (t_[at.after] - t_[at.before]) / kSlowParts);
+  const auto moves_on = [&](std::size_t from) {
+    const double here = values[from + 1] - values[from];
+    return here * change > 0.0 && std::abs(here) > tail;
+  };
+  const bool before = at.before > 0 && moves_on(at.before - 1), after = at.after + 1 < t_.size() && moves_on(at.after);
+  if (!(moving > 0.0 && moving < 1.0) || (before && after) || (!before && !after && !rate_limit_follows_))
+    return at.value(values);
+  const double rest = 1.0 - moving, begin = before ? 0.0 : after ? rest : 0.5 * rest;
+  return values[at.before] + change * std::clamp((at.weight - begin) / moving, 0.0, 1.0);
 }
 
 Inputs<double> RecordedInputs::at(double t_s) const {
   const Place now = place(t_s);
   Inputs<double> inputs;
   inputs.t_s = t_s;
-  for (std::size_t a = 0; a < channels_.size(); ++a) inputs.actuators[channels_[a]] = now.value(actuators_[a]);
+  for (std::size_t a = 0; a < channels_.size(); ++a) inputs.actuators[channels_[a]] = angle_or_speed(a, now);
   inputs.true_wind = {now.value(wind_x_), now.value(wind_y_)};
   if (response_ != RudderResponse()) let_rudders_act(inputs);
   return inputs;
@@ -131,7 +150,7 @@ void RecordedInputs::let_rudders_act(Inputs<double>& inputs) const {
     if (info(channels_[a]).role != Role::rudder) continue;
     double& angle = inputs.actuators[channels_[a]];
     if (slow_t_.empty()) {
-      angle = then.value(actuators_[a]);
+      angle = angle_or_speed(a, then);
       continue;
     }
     const std::vector<double>& slow = slow_angles_[a];
@@ -144,6 +163,7 @@ void RecordedInputs::let_rudders_act(Inputs<double>& inputs) const {
 
 RecordedInputs RecordedInputs::through(const RudderResponse& response) const {
   RecordedInputs result = *this;
+  result.rate_limit_follows_ = std::isfinite(response.rate_radps);
   result.response_ = {response.delay_s};  // at() gives the delayed angles, which are then followed
   result.slow_t_.clear();
   result.slow_angles_.assign(channels_.size(), {});

@@ -10,8 +10,9 @@
 namespace leeway {
 
 enum class InputInterpolation {
-  linear,  ///< between samples
-  hold     ///< a sample acts until the next one comes
+  linear,            ///< between samples
+  at_actuator_rate,  ///< the same, but an actuator moves at the rate that the ship's file states
+  hold               ///< a sample acts until the next one comes
 };
 
 /// The actuators (actual values) and the true wind of a recording as functions of time. A missing sample is bridged by
@@ -46,11 +47,19 @@ class RecordedInputs {
     }
   };
   Place place(double t_s) const;
+  // An actuator that moves at its own rate rests before or after: it moves next to the interval in which it moves on
+  // the same way. Where it does in neither nobody knows when: evenly, as in the mean over all that is possible; in the
+  // middle where a rate limit follows, which would begin too soon. Evenly also where it moves on in both, or needs all
+  // of the time.
+  double angle_or_speed(std::size_t actuator, const Place& at) const;
   void let_rudders_act(Inputs<double>& inputs) const;
 
   std::vector<double> t_;
   std::vector<Channel> channels_;
   std::vector<std::vector<double>> actuators_;
+  std::vector<double> rates_;  // at which they move [rad/s, 1/s^2]
+  std::vector<double> tails_;  // what is left to an actuator that no longer moves at its full rate [rad, 1/s]
+  bool rate_limit_follows_ = false;
   std::vector<double> wind_x_, wind_y_;
   bool has_wind_ = false;
   InputInterpolation interpolation_;

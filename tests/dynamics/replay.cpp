@@ -1,5 +1,8 @@
 #include "dynamics/replay.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include <catch2/catch.hpp>
 
 #include "core/errors.hpp"
@@ -63,6 +66,55 @@ TEST_CASE("replay: inputs are linear or held between samples, and held over miss
   CHECK(step.end.actuators[Channel::n_p] == 8.0);  // the new value belongs to the next step
   CHECK(held.step(11.0, 0.5).start.actuators[Channel::n_p] == 10.0);
   REQUIRE(linear.notices().size() == 1);  // no wind: calm is assumed, and said
+}
+
+TEST_CASE("replay: an actuator moves at its own rate, next to the interval in which it moves on", "[dynamics]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  double rate = 0.0;
+  for (const Actuator& actuator : ship.actuators)
+    if (actuator.channel == Channel::delta) rate = actuator.rate;
+  Trajectory recording;
+  recording.file = "steps.csv";
+  recording[Channel::t] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0};
+  recording[Channel::u] = recording[Channel::vm] = recording[Channel::r] = std::vector<double>(9, 0.1);
+  recording[Channel::n_p] = std::vector<double>(9, 10.0);
+  // From 0.6 s on at full rate until 2.2 s; half of a second's way between 4 and 5 s; a little from 6 to 8 s, as noise
+  // does.
+  const double a = 0.4 * rate, b = 1.4 * rate, c = 1.6 * rate, d = 1.1 * rate;
+  recording[Channel::delta] = {0.0, a, b, c, c, d, d, d - 0.05 * rate, d - 0.1 * rate};
+  const RecordedInputs inputs(recording, ship, InputInterpolation::at_actuator_rate);
+  const auto at = [&](double t_s) { return inputs.at(t_s).actuators[Channel::delta]; };
+  for (const double t_s : {0.3, 0.6, 0.8, 1.0, 1.5, 2.0, 2.1, 2.2, 2.9}) {
+    CAPTURE(t_s);
+    CHECK_THAT(at(t_s), WithinAbs(rate * std::clamp(t_s - 0.6, 0.0, 1.6), 1e-12));
+  }
+  for (const double t_s : {3.5, 4.0, 4.2, 4.5, 4.9}) {
+    CAPTURE(t_s);
+    CHECK_THAT(at(t_s), WithinAbs(c - 0.5 * rate * std::clamp(t_s - 4.0, 0.0, 1.0), 1e-12));
+  }
+  // A rudder that turns half as fast follows what moved in the middle.
+  RudderResponse slow;
+  slow.rate_radps = 0.5 * rate;
+  const RecordedInputs followed = inputs.through(slow);
+  CHECK_THAT(followed.at(4.2).actuators[Channel::delta], WithinAbs(c, 1e-12));
+  CHECK_THAT(followed.at(5.25).actuators[Channel::delta], WithinAbs(d, 0.02 * rate));
+  CHECK_THAT(at(6.5), WithinAbs(d - 0.025 * rate, 1e-12));
+  CHECK_THAT(at(7.5), WithinAbs(d - 0.075 * rate, 1e-12));
+}
+
+TEST_CASE("replay: of a zigzag that is sampled once a second less is lost at the actuators' own rate", "[dynamics]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const auto maneuver = zigzag(ship, 20.0 * kDegree, 20.0 * kDegree);
+  const Trajectory truth = simulate(SimulatedShip(ship), *maneuver, {}, {0.1, 1.0, 100.0});
+  // As far from the truth as the positions after 100 s.
+  const auto error = [&](InputInterpolation between) {
+    const Trajectory run = replay(ship, truth, {truth, ship, between}, {0.1, 1.0, 100.0});
+    return std::hypot(run[Channel::x0].back() - truth[Channel::x0].back(),
+                      run[Channel::y0].back() - truth[Channel::y0].back());
+  };
+  const double known = error(InputInterpolation::at_actuator_rate), even = error(InputInterpolation::linear);
+  CAPTURE(known, even);
+  CHECK(known < 0.6 * even);
 }
 
 TEST_CASE("replay: inputs are found between samples however unevenly these lie", "[dynamics]") {

@@ -34,7 +34,8 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
     Campaign otherwise = campaign;
     for (std::size_t r = 0; r < campaign.recordings.size(); ++r) {
       otherwise.recordings[r] = reread(campaign.recordings[r], {reading});
-      otherwise.recorded_inputs[r] = RecordedInputs(otherwise.recordings[r], campaign.ship, InputInterpolation::linear);
+      otherwise.recorded_inputs[r] =
+          RecordedInputs(otherwise.recordings[r], campaign.ship, InputInterpolation::at_actuator_rate);
     }
     const RudderResponse response = rudder_response_of(campaign.ship);
     for (Stretch& stretch : otherwise.stretches)

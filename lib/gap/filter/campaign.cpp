@@ -204,7 +204,7 @@ class Preparation {
 
   void add(std::size_t index, const Trajectory& recording) {
     if (options_.ensemble) options_.ensemble->check(recording);
-    campaign_.recorded_inputs.emplace_back(recording, campaign_.ship, InputInterpolation::linear);
+    campaign_.recorded_inputs.emplace_back(recording, campaign_.ship, InputInterpolation::at_actuator_rate);
     const RecordedInputs inputs = campaign_.recorded_inputs.back().through(response_);
     note_channels(recording, inputs);
     if (const std::string why = useless(recording, inputs); !why.empty()) {

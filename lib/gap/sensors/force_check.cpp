@@ -82,7 +82,8 @@ std::size_t ForceCheck::blocks() const { return windows_.size() / kPolicy.sensor
 std::vector<WindowError> ForceCheck::errors(const std::vector<Trajectory>& recordings) const {
   std::vector<RecordedInputs> inputs;
   for (const Trajectory& recording : recordings)
-    inputs.push_back(RecordedInputs(recording, ship_, InputInterpolation::linear).through(model_.rudder_response()));
+    inputs.push_back(
+        RecordedInputs(recording, ship_, InputInterpolation::at_actuator_rate).through(model_.rudder_response()));
   std::vector<WindowError> result;
   for (const Window& window : windows_)
     result.push_back(error(recordings[window.recording], inputs[window.recording], window.start_s));
