@@ -112,19 +112,27 @@ TEST_CASE("comparison: a current that varies is expected to gain most where it a
   const Ship stated = read_ship("vectwin-3m");
   gap::FitOptions options;
   options.jobs = 2;
-  for (const bool acts : {true, false}) {
-    CAPTURE(acts);
-    Ship truth = stated;
-    if (acts)
-      truth.effects.push_back(planted("varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 200.0}, {"seed", 3.0}}));
-    gap::Campaign campaign = gap::prepare(stated, test::recorded({"vectwin-3m", 11, 2, 200.0, 1.0, 0.5}, truth), {});
-    gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
-    const auto gains = comparison.expected_gains(0);
+  const auto gains_of = [&](const Ship& truth, std::uint64_t seed) {
+    const gap::Campaign campaign =
+        gap::prepare(stated, test::recorded({"vectwin-3m", seed, 2, 200.0, 1.0, 0.5}, truth), {});
+    return gap::Comparison(campaign, gap::fit_null(campaign, options), {0.01, 2}).expected_gains(0);
+  };
+  const auto gain_of_varying = [](const auto& gains) {
     const auto varies = std::ranges::find(gains, "varying-current", &gap::Comparison::ExpectedGain::effect);
     REQUIRE(varies != gains.end());
-    if (acts)
-      CHECK(varies == gains.begin());
-    else
-      CHECK(varies->gain < 0.0);
+    return varies->gain;
+  };
+  Ship truth = stated;
+  truth.effects.push_back(planted("varying-current", {{"current_sd_mps", 0.05}, {"tau_s", 200.0}, {"seed", 3.0}}));
+  // One linear step from a fit that has found its noise levels without it: in one of four a wind is expected to gain
+  // more.
+  int first = 0;
+  for (const std::uint64_t seed : {11, 12, 13, 14}) {
+    CAPTURE(seed);
+    const auto gains = gains_of(truth, seed);
+    CHECK(gain_of_varying(gains) > 0.0);
+    first += gains.front().effect == "varying-current" ? 1 : 0;
   }
+  CHECK(first >= 3);
+  CHECK(gain_of_varying(gains_of(stated, 11)) < 0.0);
 }
