@@ -81,6 +81,7 @@ std::size_t ForceCheck::blocks() const { return windows_.size() / kPolicy.sensor
 
 std::vector<WindowError> ForceCheck::errors(const std::vector<Trajectory>& recordings) const {
   std::vector<RecordedInputs> inputs;
+  inputs.reserve(recordings.size());
   for (const Trajectory& recording : recordings)
     inputs.push_back(
         RecordedInputs(recording, ship_, InputInterpolation::at_actuator_rate).through(model_.rudder_response()));
