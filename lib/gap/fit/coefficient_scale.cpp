@@ -44,8 +44,6 @@ Eigen::VectorXd odds_of_slabs(const Evidence& evidence, const Eigen::VectorXd& t
   return odds;
 }
 
-}  // namespace
-
 PriorWidths widths_at(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters, Eigen::Index effects,
                       double scale) {
   const auto n = static_cast<Eigen::Index>(parameters.size()), coefficients = n - 1 - effects;
@@ -59,6 +57,8 @@ PriorWidths widths_at(const ThetaPrior& stated, const std::vector<UncertainParam
   }
   return result;
 }
+
+}  // namespace
 
 std::vector<PriorWidths> widths_by_scale(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters,
                                          Eigen::Index effects) {

@@ -20,13 +20,9 @@ struct PriorWidths {
   double log_weight = 0.0;  ///< ln of the probability that the scale is this one
 };
 
-/// theta = (coefficients, coordinates of effects, timing): the coefficients' widths times the scale, the others as they
-/// are.
+/// On nine values of the scale, from a fifth to four and a half times what is stated; weights sum to 1. theta =
+/// (coefficients, coordinates of effects, timing): the coefficients' widths times the scale, the others as they are.
 ///   stated  of theta, as the ship's file has it
-PriorWidths widths_at(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters, Eigen::Index effects,
-                      double scale);
-
-/// On nine values of the scale, from a fifth to four and a half times what is stated; weights sum to 1.
 std::vector<PriorWidths> widths_by_scale(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters,
                                          Eigen::Index effects);
 

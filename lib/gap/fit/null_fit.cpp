@@ -138,7 +138,8 @@ void take(const PriorWidths& widths, FittedNull& fit) {
 
 // With the coefficients as uncertain as stated, then at the common scale that is likeliest.
 void fit_from_stated(Climb& climb, const FitOptions& options, FittedNull& fit) {
-  take(widths_at(fit.stated, fit.parameters, fit.effects, 1.0), fit);
+  fit.prior = fit.stated;
+  fit.scale = 1.0;
   const bool converged_as_stated = climb.until_converged(options.most_iterations, Judged::all);
   const NullFit as_stated = fit.report;
   const Eigen::VectorXd theta = fit.theta;

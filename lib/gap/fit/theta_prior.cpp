@@ -85,10 +85,10 @@ void ThetaPrior::widen(Eigen::Index place, double sd) {
 }
 
 void ThetaPrior::hold(Eigen::Index place, double sd) {
-  const double more = 1.0 / (sd * sd);
-  precision_(place, place) += more;
-  log_determinant_ -= std::log1p(more * sd_[place] * sd_[place]);
-  sd_[place] = 1.0 / std::sqrt(1.0 / (sd_[place] * sd_[place]) + more);
+  precision_(place, place) += 1.0 / (sd * sd);
+  const Eigen::LLT<Eigen::MatrixXd> factors(precision_);
+  sd_ = factors.solve(Eigen::MatrixXd::Identity(size(), size())).diagonal().cwiseSqrt();
+  log_determinant_ = -2.0 * factors.matrixLLT().diagonal().array().log().sum();
 }
 
 }  // namespace leeway::gap

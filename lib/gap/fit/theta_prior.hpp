@@ -36,7 +36,7 @@ class ThetaPrior {
   ThetaPrior without(Eigen::Index place, Eigen::Index count) const;
   /// One is uncertain by `sd`, which is more than it was: what is added is its own.
   void widen(Eigen::Index place, double sd);
-  /// One is measured as 0, with this sd. Those that go with it are then known better than sd() says of each.
+  /// One is measured as 0, with this sd: what goes with it is known better then as well.
   void hold(Eigen::Index place, double sd);
 
  private:

@@ -52,6 +52,9 @@ TEST_CASE("prior of theta: what is done to it is done to the covariance", "[gap]
     const Eigen::MatrixXd precision = known.precision();
     const double variance = precision.inverse()(1, 1);
     CHECK(variance == Approx(0.09 - 0.03 * 0.03 / 0.04).epsilon(1e-3));
+    CHECK(known.sd()[1] == Approx(std::sqrt(variance)));
+    known.hold(1, 1e-3);
+    CHECK(known.log_determinant() == Approx(-std::log(known.precision().determinant())));
   }
   SECTION("coordinates come and go") {
     const gap::ThetaPrior with = prior.with(3, Eigen::Vector2d(1.0, 2.0));
