@@ -74,6 +74,8 @@ def family_cases(family, seed, n, classes, draw, **fixed):
             case["names"] = list(names)
             case["prime"] = fixed.get("prime") or (PRIMES[(k // len(classes) + k) % len(PRIMES)] if n > 4 * len(classes) else cube["prime"][k])
             for name in names:
+                if name == "convention":  # of the wind's direction
+                    case["wind"] = "measured"
                 effect = physics.ALL.get(name)
                 if effect is None:
                     continue
@@ -170,6 +172,7 @@ def split_of(changes, ship):
 
 
 HALVINGS = 6  # of effects with which a ship runs away
+WILD = 2.0  # times her design speed: no order and no wind here drives her as fast
 
 
 class Group:
@@ -267,7 +270,8 @@ class Group:
 
     def runaways(self, track):
         """Cases with a track along which the ship runs away."""
-        return sorted({int(row) // self.per for row in np.flatnonzero(~np.isfinite(track["u"]).all(1))})
+        speed = np.hypot(track["u"], track["v"])
+        return sorted({int(row) // self.per for row in np.flatnonzero(~(speed < WILD * self.ship["u0_mps"]).all(1))})
 
     def finite(self, track):
         """The track; a RuntimeError where a ship runs away."""

@@ -174,16 +174,17 @@ class Instruments(unittest.TestCase):
 
 
 class Wild(campaign.Group):
-    """Two cases of two recordings; in the first the ship runs away with an effect stronger than 3."""
+    """Two cases of two recordings; in the first the ship is lost with an effect stronger than 6 and far too fast with one above 3."""
 
     def __init__(self):
-        self.ship_name, self.per, self.cases = "ship", 2, [{"id": "a"}, {"id": "b"}]
+        self.ship_name, self.per, self.cases, self.ship = "ship", 2, [{"id": "a"}, {"id": "b"}], {"u0_mps": 1.0}
         self.plans = [{"tug": ({}, 10.0)}, {"tug": ({}, 5.0)}]
 
     def simulate(self, with_effects, dt):
         u = np.ones((4, 5))
-        u[1, 3:] = np.nan if self.plans[0]["tug"][1] > 3.0 else 1.0
-        return {"u": u}
+        strength = self.plans[0]["tug"][1]
+        u[1, 3:] = np.nan if strength > 6.0 else 2.1 if strength > 3.0 else 1.9
+        return {"u": u, "v": np.zeros((4, 5))}
 
 
 class Runaways(unittest.TestCase):
@@ -215,6 +216,11 @@ class Seals(unittest.TestCase):
             (pathlib.Path(folder) / "keys").mkdir()
             result = subprocess.run([PROOF / "run", folder], capture_output=True, text=True, check=False)
             self.assertEqual((result.returncode, "not sealed" in result.stderr), (4, True))
+
+    def test_what_needs_the_wind_has_it(self):
+        cases = [c for c in campaign.design("full", "s") if {"convention", "anemometer", "windage"} & set(c["names"])]
+        self.assertGreater(len(cases), 40)
+        self.assertEqual({c["wind"] for c in cases}, {"measured"})
 
     def test_cases_follow_the_seed_alone(self):
         one, same, other = (json.dumps(campaign.design("nightly", seed)) for seed in ("s", "s", "t"))

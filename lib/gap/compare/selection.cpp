@@ -145,12 +145,20 @@ class Selector {
     if (best) intervals_ = std::move(intervals);
     return best;
   }
-  /// The strongest interval of each recording in which something surely acts.
+  /// The same in the interval in which something likeliest acts.
+  std::optional<std::size_t> add_in_the_likeliest(std::size_t from) {
+    const auto interval = likeliest_interval(campaign_, comparison_.all()[from].fit, options_.locate.jobs);
+    return interval ? add_in_intervals(from, {*interval}) : std::nullopt;
+  }
+  bool is_bound_to_time(std::size_t i) const {
+    return std::ranges::any_of(hypothesis(i).names(),
+                               [](const std::string& name) { return bound_to(name) == BoundTo::time; });
+  }
+  /// The strongest interval of each recording in which something acts.
   std::vector<Interval> strongest_by_recording() const {
     std::vector<Interval> result;
     for (const Interval& interval : findings_.located.intervals)
-      if (interval.p_value < surely(options_.locate.false_alarm) && !interval.is_small &&
-          result.size() < kPolicy.compare.most_tugs &&
+      if (result.size() < kPolicy.compare.most_tugs &&
           std::none_of(result.begin(), result.end(), [&](const Interval& i) { return i.file == interval.file; }))
         result.push_back(interval);
     return result;
@@ -159,12 +167,12 @@ class Selector {
   void fit_singles() {
     pairs_.clear();
     singles_ = comparison_.expected_gains(0, &selection_.unexcited, is_searched_ ? &pairs_ : nullptr);
-    const std::vector<Comparison::ExpectedGain>& first = singles_;
-    const std::size_t most = std::min(first.size(), is_searched_ ? options_.refitted : kPolicy.compare.always_refitted);
+    const std::size_t most =
+        std::min(singles_.size(), is_searched_ ? options_.refitted : kPolicy.compare.always_refitted);
     for (std::size_t i = 0; i < most; ++i) {
-      if (i >= kPolicy.compare.always_refitted && is_hopeless(first[i].gain, likeliest_, 0)) break;
-      progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(most), "fit with " + first[i].effect);
-      better(comparison_.add(0, first[i].starts));
+      if (i >= kPolicy.compare.always_refitted && is_hopeless(singles_[i].gain, likeliest_, 0)) break;
+      progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(most), "fit with " + singles_[i].effect);
+      better(comparison_.add(0, singles_[i].starts));
     }
   }
 
@@ -187,11 +195,15 @@ class Selector {
     };
     promise(0, pairs_);
     std::vector<std::size_t> singles;
-    for (std::size_t i = 1; i < comparison_.all().size(); ++i)
+    bool acts_at_times = false;
+    for (std::size_t i = 1; i < comparison_.all().size(); ++i) {
+      if (hypothesis(i).names().size() != 1 || has_terms(hypothesis(i).names())) continue;
       // Beside what begins and ends more is sought when it was chosen, in what it leaves.
-      if (const auto names = hypothesis(i).names();
-          names.size() == 1 && !has_terms(names) && bound_to(names.front()) != BoundTo::time)
+      if (is_bound_to_time(i))
+        acts_at_times |= comparison_.log_odds(i) > 0.0;
+      else
         singles.push_back(i);
+    }
     std::ranges::sort(singles, std::greater(), [&](std::size_t i) { return comparison_.log_odds(i); });
     singles.resize(std::min(singles.size(), kPolicy.compare.leading_singles));
     for (const std::size_t i : singles) {
@@ -200,6 +212,7 @@ class Selector {
       better(i);
       auto gains = comparison_.expected_gains(i);
       promise(i, gains);
+      if (acts_at_times) better(add_in_the_likeliest(i));
     }
     std::ranges::stable_sort(promises, std::greater(), &Promise::log_odds);
     std::size_t fits = 0;
@@ -231,8 +244,8 @@ class Selector {
         if (!is_hopeless(candidate.gain, likeliest_, 0, kPolicy.compare.hopeless_share_of_places))
           better(comparison_.add(0, candidate.starts, kPolicy.compare.starts_of_places));
     }
-    if (std::vector<Interval> intervals = strongest_by_recording(); !intervals.empty())
-      better(add_in_intervals(0, std::move(intervals)));
+    std::vector<Interval> intervals = strongest_by_recording();
+    better(intervals.empty() ? add_in_the_likeliest(0) : add_in_intervals(0, std::move(intervals)));
     fit_look_alikes();
   }
 
@@ -255,8 +268,7 @@ class Selector {
     better(comparison_.add(0, terms_beside(campaign_, comparison_.all()[0], options_.locate.jobs)));
   }
 
-  /// What the catalogue does not hold, but is known by what it depends on. If its odds are rare all names are tried
-  /// that can be.
+  /// What the catalogue does not hold, but is known by what it depends on; if its odds are rare, all names beside.
   void find_latent() {
     progress(0.745, "forces that the catalogue does not hold");
     find_kinds_beside(0);
@@ -417,11 +429,8 @@ class Selector {
         if (const auto added = comparison_.add(chosen, candidate.starts))
           if (!next || evidence(*added) > evidence(*next)) next = added;
       }
-      const std::vector<std::string> names = hypothesis(chosen).names();
-      if (left.interval.interval && left.interval.p_value < surely(rate) &&
-          std::none_of(names.begin(), names.end(),
-                       [](const std::string& name) { return bound_to(name) == BoundTo::time; }))
-        if (const auto added = add_in_intervals(chosen, {*left.interval.interval}))
+      if (!is_bound_to_time(chosen))
+        if (const auto added = add_in_the_likeliest(chosen))
           if (!next || evidence(*added) > evidence(*next)) next = added;
       LeftBeside beside{left_p, evidence(chosen) - evidence(0), selection_.error, std::nullopt};
       if (next) beside.log_odds_of_next = comparison_.log_odds(*next) - comparison_.log_odds(chosen);

@@ -26,6 +26,9 @@ struct Timed {
         end_place(place_of(ParameterRole::end, effect)) {}
 };
 
+// What acts for less than a block of time looks like an outlying measurement.
+double shortest_s(const Campaign& campaign) { return kPolicy.locate.block_s * campaign.time_scale(); }
+
 Candidate tug_in(const Campaign& campaign, const Fitted& fitted, const std::string& effect, const Interval& interval,
                  std::size_t jobs) {
   const Timed timed(effect_named(effect));
@@ -63,7 +66,7 @@ Candidate tug_in(const Campaign& campaign, const Fitted& fitted, const std::stri
     for (const double a : {0.0, -1.0, 1.0})
       for (const double b : {0.0, -1.0, 1.0}) {
         const double begin = std::max(from_s, begin_s + a * shift_s), end = std::min(until_s, end_s + b * shift_s);
-        if (end - begin < shift_s) continue;
+        if (end - begin < shortest_s(campaign)) continue;
         tug.fix(timed.begin, begin);
         tug.fix(timed.end, end);
         candidates.push_back({{tug}, z});
@@ -120,7 +123,7 @@ void refine_tugs(const Campaign& campaign, const FitOptions& options, Fitted& fi
         for (const bool at_end : {false, true}) {
           const double before = at_end ? end : begin,
                        after = before + shift * kPolicy.compare.last_shift_s * campaign.time_scale();
-          if (!(at_end ? begin < after : after < end)) continue;
+          if ((at_end ? after - begin : end - after) < shortest_s(campaign)) continue;
           choice.fixed[timed.begin] = std::min(before, after);
           choice.fixed[timed.end] = std::max(before, after);
           choice.fixed[timed.force] = (after > before) == at_end ? force : -force;

@@ -208,6 +208,42 @@ FoundIntervals intervals_of(const Campaign& campaign, const FittedNull& fit, Blo
   return result;
 }
 
+std::optional<Interval> likeliest_interval(const Campaign& campaign, const FittedNull& fit, std::size_t jobs) {
+  BlockEvidence evidence = block_evidence(campaign, fit, {}, jobs);
+  const std::size_t n = evidence.blocks.size();
+  const auto columns_of = [&](std::size_t block) {
+    return Eigen::Vector3<Eigen::Index>(evidence.column(block, 0), evidence.column(block, 1),
+                                        evidence.column(block, 2));
+  };
+  std::optional<BlockRun> likeliest;
+  double most = 0.0;
+  std::size_t searched = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    Vec3<double> b = Vec3<double>::Zero();
+    Mat3<double> precision = Mat3<double>::Identity();
+    for (std::size_t j = i; j < n && evidence.blocks[j].stretch == evidence.blocks[i].stretch; ++j, ++searched) {
+      b += evidence.b(columns_of(j));
+      precision += evidence.F(columns_of(j), columns_of(j));
+      for (std::size_t q = i; q < j; ++q) {
+        const Mat3<double> cross = evidence.F(columns_of(j), columns_of(q));
+        precision += cross + cross.transpose();
+      }
+      const Eigen::LLT<Mat3<double>> factor(precision);
+      const double gain = 0.5 * b.dot(factor.solve(b)) - factor.matrixLLT().diagonal().array().log().sum();
+      if (likeliest && gain <= most) continue;
+      most = gain;
+      int axis = 0;
+      (b.array().square() / precision.diagonal().array()).maxCoeff(&axis);
+      likeliest = BlockRun{i, j + 1, axis};
+    }
+  }
+  if (!likeliest) return std::nullopt;
+  const BlockEvidence all = evidence;
+  Interval interval = interval_of(campaign, fit, all, *likeliest, subtract(*likeliest, evidence));
+  interval.searched = searched;
+  return interval;
+}
+
 Strongest strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options) {
   FoundIntervals found = intervals_of(campaign, fit, block_evidence(campaign, fit, {}, options.jobs), options);
   Strongest result;

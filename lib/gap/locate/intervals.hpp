@@ -22,6 +22,10 @@ struct FoundIntervals {
 FoundIntervals intervals_of(const Campaign& campaign, const FittedNull& fit, BlockEvidence evidence,
                             const LocateOptions& options);
 
+/// The interval in which a constant acceleration on all axes is likeliest, N(0, 1) in units of
+/// reference_acceleration(), however likely that is; nothing where there is no block.
+std::optional<Interval> likeliest_interval(const Campaign& campaign, const FittedNull& fit, std::size_t jobs);
+
 /// The strongest interval that is neither small nor called untrained.
 struct Strongest {
   double p_value = 1.0;

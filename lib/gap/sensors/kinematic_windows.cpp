@@ -224,7 +224,7 @@ class KinematicWindows::Reader {
       const double then = s - faults_[heading_latency] + faults_[rate_latency];
       double r = at_.r.value(then, place_[2]);
       // The recorded r is the slope of a heading behind the same lag.
-      if (has_rate_lag_) r += (faults_[rate_filter] - faults_[heading_filter]) * at_.r.slope(then, place_[2]);
+      if (has_rate_lag_) r += (faults_[rate_filter] - faults_[heading_filter]) * slope(at_.r, then, place_[2]);
       return {cr_ * (r - faults_[rate_bias]), 0.0};
     }
     const double now = s - faults_[position_latency], then = now + faults_[velocity_latency];
@@ -233,8 +233,8 @@ class KinematicWindows::Reader {
       psi += faults_[heading_filter] * at_.r.value(now + faults_[rate_latency], place_[2]);
     double u = at_.u.value(then, place_[0]), v = at_.v.value(then, place_[1]);
     if (has_velocity_lag_) {
-      u += faults_[velocity_filter] * at_.u.slope(then, place_[0]);
-      v += faults_[velocity_filter] * at_.v.slope(then, place_[1]);
+      u += faults_[velocity_filter] * slope(at_.u, then, place_[0]);
+      v += faults_[velocity_filter] * slope(at_.v, then, place_[1]);
     }
     u = cu_ * (u - faults_[log_bias_u]);
     v = cv_ * (v - faults_[log_bias_v]);
@@ -255,6 +255,15 @@ class KinematicWindows::Reader {
   }
 
  private:
+  // From the sample before to the one after: what undoes a filter would make noise larger by the slope between two.
+  double slope(const Spline& channel, double now, std::size_t& place) const {
+    const std::vector<double>& t = (*at_.trajectory)[Channel::t];
+    const double from = std::max(now - at_.dt_s, t.front()), to = std::min(now + at_.dt_s, t.back());
+    if (!(from < to)) return 0.0;
+    const double before = channel.value(from, place);
+    return (channel.value(to, place) - before) / (to - from);
+  }
+
   const Recorded& at_;
   const SensorFaults& faults_;
   const double cu_ = 1.0 / (1.0 + faults_[log_scale]), cv_ = 1.0 / (1.0 + faults_[sway_log_scale]);

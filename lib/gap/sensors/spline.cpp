@@ -44,14 +44,6 @@ double Spline::value(double t, std::size_t& place) const {
          h * h / 6.0 * ((a * a * a - a) * curvature_[k] + (b * b * b - b) * curvature_[k + 1]);
 }
 
-double Spline::slope(double t, std::size_t& place) const {
-  if (t <= t_.front() || t >= t_.back()) return 0.0;
-  const std::size_t k = place = find(t, place);
-  const double h = t_[k + 1] - t_[k], b = (t - t_[k]) / h, a = 1.0 - b;
-  return (x_[k + 1] - x_[k]) / h +
-         h / 6.0 * ((1.0 - 3.0 * a * a) * curvature_[k] + (3.0 * b * b - 1.0) * curvature_[k + 1]);
-}
-
 double Spline::gap(double t, std::size_t& place) const {
   if (t_.size() < 2 || t < t_.front() || t > t_.back()) return std::numeric_limits<double>::infinity();
   const std::size_t k = place = find(t, place);

@@ -16,7 +16,6 @@ class Spline {
 
   bool empty() const { return t_.empty(); }
   double value(double t, std::size_t& place) const;
-  double slope(double t, std::size_t& place) const;
   /// The time between the samples around t, infinite beyond the ends.
   double gap(double t, std::size_t& place) const;
 
