@@ -238,8 +238,7 @@ std::optional<Interval> likeliest_interval(const Campaign& campaign, const Fitte
     }
   }
   if (!likeliest) return std::nullopt;
-  const BlockEvidence all = evidence;
-  Interval interval = interval_of(campaign, fit, all, *likeliest, subtract(*likeliest, evidence));
+  Interval interval = interval_of(campaign, fit, evidence, *likeliest, subtract(*likeliest, evidence));
   interval.searched = searched;
   return interval;
 }
