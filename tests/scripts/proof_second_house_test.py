@@ -72,6 +72,25 @@ class Motion(unittest.TestCase):
                 for x, y, sign in zip(a, b, (1.0, -1.0, -1.0)):
                     self.assertAlmostEqual(x[0] / ship.q, sign * y[0] / ship.q, 12)
 
+    def test_tables_are_alike_on_both_sides_and_of_a_size_that_ships_have(self):
+        for name in cases.SHIPS:
+            with self.subTest(name):
+                ship = vessel.Vessel(name)
+                t = ship.tables
+                self.assertGreater(min(t["R"]), 0.3 * max(t["R"]))
+                self.assertTrue(0.2 < t["C0"] + t["C2"] / 3.0 < 2.0)  # drag across, mean over the length
+                for axis, sign in (("X", 1.0), ("Y", -1.0), ("N", -1.0)):
+                    sides = [np.array(t[f"{axis}_{c}"]) for c in ship.rudders]
+                    if ship.is_twin:  # one has another gain and neutral angle: those of the file
+                        self.assertLess(np.max(np.abs(sides[0] - sign * sides[1][::-1])), 0.4 * np.max(np.abs(sides[0])))
+                    else:
+                        np.testing.assert_allclose(sides[0], sign * sides[0][::-1], atol=2e-4)
+                y = sum(np.interp(0.0, ship.knots, t[f"Y_{c}"]) for c in ship.rudders)
+                slope = sum(np.ptp(np.interp([-0.1, 0.1], ship.knots, t[f"Y_{c}"])) for c in ship.rudders) / 0.2
+                self.assertLess(abs(math.degrees(y / slope)), 0.5)  # the neutral rudder angle
+                if "wind" in ship.ship:
+                    self.assertEqual([t[f"wind_{axis}"][k] for axis in "YN" for k in (0, -1)], [0.0] * 4)
+
     def test_an_even_current_only_carries_the_track_along(self):  # of a ship that no air meets
         class Carried(vessel.Vessel):
             def water(self, s):

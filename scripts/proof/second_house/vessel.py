@@ -26,6 +26,7 @@ SPEED_KNOTS = np.array([0.0, 0.3, 0.6, 0.85, 1.1, 1.5])  # of the design speed
 WIND_KNOTS = np.radians([0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0])
 SINGLE_KNOTS = np.radians([-90.0, -60.0, -40.0, -28.0, -18.0, -9.0, 0.0, 9.0, 18.0, 28.0, 40.0, 60.0, 90.0])
 TWIN_KNOTS = np.radians([-125.0, -105.0, -85.0, -65.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 65.0, 85.0, 105.0, 125.0])
+TWIST_KNOTS = np.radians([0.0, 40.0, 80.0, 120.0, 160.0, 210.0])
 STRIPS = (np.arange(12) + 0.5) / 6.0 - 1.0  # xi = 2 x / L
 SCALARS = ("X_vr", "X_vv", "X_rr", "X_vvvv", "Y_v", "Y_r", "Y_vvr", "Y_vrr", "N_v", "N_r", "N_vvr", "N_vrr", "C0", "C1", "C2",
            "X_back", "X_back_u", "Y_back", "N_back")
@@ -146,7 +147,9 @@ class Vessel:
         race = tables["k_race"] * 8.0 * n2K * self.D**2 / np.pi
         along2 = np.where(u_P < 0.0, -1.0, 1.0) * u_P * u_P + self.eta * np.maximum(race, -0.6 * u_P * u_P)
         along = np.sign(along2) * np.sqrt(np.abs(along2))
-        across = -tables["gamma"] * self.f["gamma"] * (v + tables["l"] * self.L * r - 0.5 * self.d * p)
+        drift = v + tables["l"] * self.L * r - 0.5 * self.d * p
+        side = tables["gamma_lopsided"] * np.tanh(drift / (0.05 * self.u_design))  # straightens one side more than the other
+        across = -tables["gamma"] * self.f["gamma"] * (1.0 + side) * drift
         return along, across
 
     def rudder(self, u, v, r, p, n2K, u_P, acting, tables):
@@ -164,7 +167,7 @@ class Vessel:
             N = N + force * self.L * self.f["rudder_aft"] * table(self.knots, tables[f"N_{c}"], alpha)
         if self.is_twin:  # blades that open towards one another choke the race
             twist = acting["delta_s"] - acting["delta_p"]
-            X = X - q * table(np.radians([0.0, 40.0, 80.0, 120.0, 160.0, 210.0]), tables["X_twist"], twist)
+            X = X - q * table(TWIST_KNOTS, tables["X_twist"], twist)
         return X, Y, N
 
     def thruster(self, u, n_bt):
