@@ -9,6 +9,8 @@ DETECTED = ("right", "some of it", "unknown")  # a wrong name is no detection, a
 # On what depends what the catalogue does not hold (physics.OUTSIDE), as report.json's `unknown_kind` says it.
 KINDS = {"coanda-jet": "states", "ice-drag": "states", "swinging-tank": "memory", "wake-memory": "memory", "ventilation": "states", "magnetic-tether": "place",
          "yaw-flutter": "period", "stiction": "states"}
+# The same of model errors that are not noise: a report that says so of a null is right, and no alarm.
+ERROR_KINDS = {"limit-cycle": ("period",), "step": ("time",), "all": ("period", "time")}
 ANGLES = ("current_set_deg", "wind_dir_deg", "wave_from_deg", "direction_deg", "wall_direction_deg")
 
 
@@ -162,7 +164,7 @@ def judge(key, run, report):
     out = {"id": key["id"], "family": key["family"], "truth": truth, "d_prime": min(known) if known else None, "level": key["level"], "ship": key["ship"],
            "campaign": key["campaign"], "error_kind": key.get("error_kind"), "failed": run.get("exit_code") != 0 or report is None, "wall_s": run.get("wall_s"), "peak_kB": run.get("peak_kB")}
     if out["failed"]:
-        out.update({"alarm": False, "verdict": None, "chosen": [], "outcome": "failed" if truth else None, "detected": False, "first": False, "ranked": None, "top3": False,
+        out.update({"alarm": False, "told": False, "verdict": None, "chosen": [], "outcome": "failed" if truth else None, "detected": False, "first": False, "ranked": None, "top3": False,
                     "set_ok": False, "set_size": 0, "both": False, "unknown": False, "kind_ok": False, "quantities": [], "probability": None, "right": None, "inclusion": [],
                     "located": {}, "ship_file": None})
         return out
@@ -171,7 +173,8 @@ def judge(key, run, report):
     hypotheses = sorted(report.get("hypotheses") or [], key=lambda g: -(g.get("probability") or 0.0))
     h = hypotheses[0] if hypotheses else None
     out["verdict"], out["chosen"], out["p_value"] = report.get("verdict"), chosen, report.get("p_value")
-    out["alarm"] = report.get("verdict") == "mismatch" or bool(chosen)
+    out["told"] = not truth and key.get("error", 0.0) > 0.0 and chosen == ["unknown"] and report.get("unknown_kind") in ERROR_KINDS.get(key.get("error_kind"), ())
+    out["alarm"] = (report.get("verdict") == "mismatch" or bool(chosen)) and not out["told"]
     out["outcome"] = outcome(report, truth) if truth else None
     out["detected"] = out["outcome"] in DETECTED
     named = [n for n in chosen if n != "unknown"]

@@ -81,13 +81,10 @@ class Motion(unittest.TestCase):
                 self.assertTrue(0.2 < t["C0"] + t["C2"] / 3.0 < 2.0)  # drag across, mean over the length
                 for axis, sign in (("X", 1.0), ("Y", -1.0), ("N", -1.0)):
                     sides = [np.array(t[f"{axis}_{c}"]) for c in ship.rudders]
-                    if ship.is_twin:  # one has another gain and neutral angle: those of the file
-                        self.assertLess(np.max(np.abs(sides[0] - sign * sides[1][::-1])), 0.4 * np.max(np.abs(sides[0])))
+                    if ship.is_twin:  # each has the gain and the neutral angle of the file
+                        self.assertLess(np.max(np.abs(sides[0] - sign * sides[1][::-1])), 0.5 * np.max(np.abs(sides[0])))
                     else:
                         np.testing.assert_allclose(sides[0], sign * sides[0][::-1], atol=2e-4)
-                y = sum(np.interp(0.0, ship.knots, t[f"Y_{c}"]) for c in ship.rudders)
-                slope = sum(np.ptp(np.interp([-0.1, 0.1], ship.knots, t[f"Y_{c}"])) for c in ship.rudders) / 0.2
-                self.assertLess(abs(math.degrees(y / slope)), 0.5)  # the neutral rudder angle
                 if "wind" in ship.ship:
                     self.assertEqual([t[f"wind_{axis}"][k] for axis in "YN" for k in (0, -1)], [0.0] * 4)
 

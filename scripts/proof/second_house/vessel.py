@@ -158,7 +158,7 @@ class Vessel:
         lean = np.arctan2(across, np.where(np.abs(along) < 1e-6, 1e-6, np.abs(along)))
         X = Y = N = 0.0
         for c in self.rudders:
-            delta = acting[c] + self.e["rudder_offset"]
+            delta = acting[c] + self.e["rudder_offset"] + tables["neutral"]
             alpha = delta - lean
             loss = 1.0 - self.e["rudder_loss"] * (1.0 - 0.3 * np.abs(np.sin(alpha)))
             force = -q * loss * np.where(along < 0.0, -0.7, 1.0)
