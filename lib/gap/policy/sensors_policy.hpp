@@ -55,7 +55,6 @@ struct SensorsPolicy {
   double certain_sd = 3.0;  ///< [sd] by which the mean of its blocks must speak for it | origin: choice
   double kinematic_ratio = 2.0;  ///< [-] by which errors must shrink: kinematics know no parameters | origin: choice
   double force_ratio = 1.3;  ///< [-] the same of forces, which do | origin: choice
-  double unexplained_turn = 0.7;  ///< [-] of what the heading turned that a yaw rate may leave | origin: choice
   double most_odds_per_block = 4.0;  ///< [nats] log-odds that one block may give | origin: choice
   double odds_per_reading = 6.0;  ///< [nats] log-odds against each reading that differs | origin: choice
   std::size_t fewest_blocks = 4;  ///< [blocks] for any claim | origin: choice

@@ -28,7 +28,8 @@ BlockErrors window_errors(const KinematicWindows& windows, Kinematics kind) {
 }
 
 // The windows' errors of the recordings under combinations. r leaves the track alone, and positions and velocities
-// leave psi' - r alone: neither is computed twice.
+// leave psi' - r alone: neither is computed twice. No reading of r does worse than none of it: what is noise on a held
+// course would do well by being made small.
 class ErrorsOfMotion {
  public:
   ErrorsOfMotion(const std::vector<Trajectory>& recordings, const FroudeScale& scale) {
@@ -42,8 +43,14 @@ class ErrorsOfMotion {
         needed.push_back(entry);
     for (const Known& known : known_)
       if (known.kind == kind && known.readings == needed) return known.errors;
-    const std::vector<Trajectory> read = applied(recordings_, needed);
-    known_.push_back({kind, needed, window_errors(KinematicWindows(read), kind)});
+    std::vector<Trajectory> read = applied(recordings_, needed);
+    BlockErrors errors = window_errors(KinematicWindows(read), kind);
+    if (kind == Kinematics::heading) {
+      for (Trajectory& recording : read) scale_channel(recording, Channel::r, 0.0);
+      const BlockErrors without = window_errors(KinematicWindows(read), kind);
+      for (std::size_t b = 0; b < errors.size(); ++b) errors[b] = std::min(errors[b], without[b]);
+    }
+    known_.push_back({kind, needed, std::move(errors)});
     return known_.back().errors;
   }
 

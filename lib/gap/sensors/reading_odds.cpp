@@ -113,8 +113,6 @@ Combination claimed_of(const std::vector<Combination>& groups,
     const auto without = static_cast<std::size_t>(std::find(all.begin(), all.end(), rest) - all.begin());
     const Odds odds = total_odds(of[best], of[without]);
     if (!holds_by_kinematics(odds)) continue;
-    // A yaw rate that is noise does well by being made small: it has to explain what the heading turned.
-    if (entry->of == Channel::r && total_error(of[best].front()) > kPolicy.sensors.unexplained_turn) continue;
     claimed.push_back(entry);
     result.contradicted.push_back(reading_of(*entry, odds, what));
     note_tested(result, result.contradicted.back());

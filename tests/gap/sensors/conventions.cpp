@@ -277,11 +277,17 @@ TEST_CASE("conventions: a yaw rate that is noise on straight runs is not taken f
                                                {Channel::psi, 0.0, 0.1 * kDegree},
                                                {Channel::u, 0.5, 0.01},
                                                {Channel::vm, 0.0, 0.01},
-                                               {Channel::r, 0.0, 0.1 * kDegree},
+                                               {Channel::r, 0.0, 0.3 * kDegree},
                                                {Channel::n_p, 10.0, 0.0},
                                                {Channel::delta, 0.0, 0.0}})
         recording[channel].push_back(value + sd * random.normal());
   }
-  const Conventions result = check_conventions(read_ship("esso-osaka-3m"), recordings);
+  const Ship ship = read_ship("esso-osaka-3m");
+  const Conventions result = check_conventions(ship, recordings);
   for (const Reading& reading : result.contradicted) FAIL_CHECK(reading.sentence);
+  // Nor in one such run among others that turn.
+  std::vector<Trajectory> among = recorded({.ship = "esso-osaka-3m", .recordings = 3}, ship);
+  among.push_back(recordings.front());
+  for (const Reading& reading : contradicted_in_one(ship, among, check_conventions(ship, among), 1))
+    FAIL_CHECK(reading.sentence);
 }
