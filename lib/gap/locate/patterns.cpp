@@ -13,7 +13,10 @@ namespace leeway::gap {
 
 Moment moment_of(const LinearStretch& stretch, std::size_t k) {
   Moment at;
-  const StateVector x = 0.5 * (stretch.path[k] + stretch.path[k + 1]);
+  // On the way to where the simulator leads, not to where the recording then is: what drives her away in this step must
+  // not be in what it is compared with.
+  StateVector x = 0.5 * (stretch.path[k] + stretch.path[k + 1]);
+  x.head<kShipStates>() += 0.5 * stretch.steps[k].offset;
   const std::vector<StepInputs<double>>& inputs = stretch.data->inputs[k];
   const Inputs<double>& middle =
       inputs.size() % 2 == 1 ? inputs[inputs.size() / 2].middle : inputs[inputs.size() / 2].start;
