@@ -9,8 +9,8 @@ DETECTED = ("right", "some of it", "unknown")  # a wrong name is no detection, a
 # On what depends what the catalogue does not hold (physics.OUTSIDE), as report.json's `unknown_kind` says it.
 KINDS = {"coanda-jet": "states", "ice-drag": "states", "swinging-tank": "memory", "wake-memory": "memory", "ventilation": "states", "magnetic-tether": "place",
          "yaw-flutter": "period", "stiction": "states"}
-# The same of model errors that are not noise: a report that says so of a null is right, and no alarm.
-ERROR_KINDS = {"limit-cycle": ("period",), "step": ("time",), "all": ("period", "time")}
+# The same of model errors that are not noise: a report that says so of a null is right, and no alarm. A step is a tug that comes and stays.
+ERROR_KINDS = {"limit-cycle": ("period",), "step": ("time", "tug"), "all": ("period", "time", "tug")}
 ANGLES = ("current_set_deg", "wind_dir_deg", "wave_from_deg", "direction_deg", "wall_direction_deg")
 
 
@@ -173,7 +173,8 @@ def judge(key, run, report):
     hypotheses = sorted(report.get("hypotheses") or [], key=lambda g: -(g.get("probability") or 0.0))
     h = hypotheses[0] if hypotheses else None
     out["verdict"], out["chosen"], out["p_value"] = report.get("verdict"), chosen, report.get("p_value")
-    out["told"] = not truth and key.get("error", 0.0) > 0.0 and chosen == ["unknown"] and report.get("unknown_kind") in ERROR_KINDS.get(key.get("error_kind"), ())
+    said = report.get("unknown_kind") if chosen == ["unknown"] else "tug" if "tug" in chosen and set(chosen) <= {"tug", "body-force"} else None
+    out["told"] = not truth and key.get("error", 0.0) > 0.0 and said in ERROR_KINDS.get(key.get("error_kind"), ())
     out["alarm"] = (report.get("verdict") == "mismatch" or bool(chosen)) and not out["told"]
     out["outcome"] = outcome(report, truth) if truth else None
     out["detected"] = out["outcome"] in DETECTED

@@ -15,6 +15,7 @@ sys.path.insert(0, str(ROOT / "scripts" / "proof"))
 
 import campaign  # noqa: E402
 import recording  # noqa: E402
+import scores  # noqa: E402
 from second_house import agreement, cases, effects, separable, vessel, voyage, weather  # noqa: E402
 
 BIN = pathlib.Path(os.environ.get("LEEWAY_BIN", ROOT / "build" / "release" / "bin"))
@@ -149,6 +150,22 @@ class Weather(unittest.TestCase):
                 self.assertLess(np.mean(np.abs(path[:, 0])), 1e-12)
         calm = weather.ModelError(rngs[:1], np.zeros(1), ["all"], 400.0, 1.0, 3.0)
         self.assertEqual(np.max(np.abs(calm.at(100.0))), 0.0)
+
+
+class Scores(unittest.TestCase):
+    def test_a_model_error_that_is_named_is_no_alarm(self):
+        def alarm(kind, chosen, unknown_kind=None, error=1e-3):
+            key = {"id": "x", "family": "null-second-house", "names": [], "truth": {}, "level": 2, "ship": "vectwin-3m", "campaign": "mixed", "error_kind": kind, "error": error}
+            return scores.judge(key, {"exit_code": 0}, {"verdict": "mismatch", "chosen": chosen, "unknown_kind": unknown_kind})["alarm"]
+
+        self.assertFalse(alarm("limit-cycle", ["unknown"], "period"))
+        self.assertFalse(alarm("step", ["tug", "body-force"]))
+        self.assertFalse(alarm("all", ["tug"]))
+        self.assertTrue(alarm("limit-cycle", ["unknown"], "period", error=0.0))
+        self.assertTrue(alarm("limit-cycle", ["unknown"], "states"))
+        self.assertTrue(alarm("limit-cycle", ["tug"]))
+        self.assertTrue(alarm("step", ["tug", "rudder-offset"]))
+        self.assertTrue(alarm("gusts", ["unknown"], "period"))
 
 
 class Instruments(unittest.TestCase):

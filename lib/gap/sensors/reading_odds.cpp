@@ -94,6 +94,7 @@ Combination claimed_of(const std::vector<Combination>& groups,
                        Conventions& result) {
   const std::vector<Combination> all = combinations(groups);
   std::vector<std::vector<BlockErrors>> of;
+  of.reserve(all.size());
   for (const Combination& combination : all) of.push_back(errors(combination));
   std::size_t best = 0;
   double best_score = 0.0;
