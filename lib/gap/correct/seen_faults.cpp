@@ -25,7 +25,8 @@ constexpr auto kCount = static_cast<Eigen::Index>(kFaultParameterCount);
 using PointColumns = Eigen::Matrix<double, kShipStates, kCount>;
 
 struct Point {
-  Vec6 state, slope, bend;  // the ship's states, and their first and second derivatives by time
+  Vec6 state;           // the ship's
+  Vec6 late, filtered;  // what a channel reads that is late, or filtered, by the usual delay, less the state
 };
 
 // What a fault of size 1 adds to the measurements at one point: derivatives by its parameter, of what is late or
@@ -33,7 +34,7 @@ struct Point {
 PointColumns columns_at(const Point& at, double usual_delay_s) {
   PointColumns out = PointColumns::Zero();
   const Vec6& x = at.state;
-  const Vec6 late = -at.slope + 0.5 * usual_delay_s * at.bend, filtered = -at.slope + usual_delay_s * at.bend;
+  const Vec6 late = at.late / usual_delay_s, filtered = at.filtered / usual_delay_s;
   const auto add = [&](FaultParameter parameter, Eigen::Index state, double value) {
     out(state, static_cast<Eigen::Index>(parameter)) = value;
   };
@@ -59,17 +60,29 @@ PointColumns columns_at(const Point& at, double usual_delay_s) {
 
 std::vector<PointColumns> columns_along(const Stretch& stretch, const std::vector<StateVector>& path,
                                         double usual_delay_s) {
-  const auto slope = [&](std::size_t from, std::size_t to) -> Vec6 {
-    if (from == to) return Vec6::Zero();
-    return (path[to] - path[from]).head<kShipStates>() / (stretch.t_s[to] - stretch.t_s[from]);
+  // Of the past alone, straight from point to point: where a pilot steers by the sensors, what follows is an answer to
+  // the noise that is to be explained.
+  const auto x = [&](std::size_t k) -> Vec6 { return path[k].head<kShipStates>(); };
+  const auto slope_before = [&](std::size_t k) -> Vec6 {
+    if (path.size() < 2) return Vec6::Zero();
+    const std::size_t to = std::max<std::size_t>(k, 1);
+    return (x(to) - x(to - 1)) / (stretch.t_s[to] - stretch.t_s[to - 1]);
   };
   std::vector<PointColumns> result;
   result.reserve(path.size());
+  Vec6 filtered = Vec6::Zero();
   for (std::size_t k = 0; k < path.size(); ++k) {
-    const std::size_t before = k > 0 ? k - 1 : k, after = std::min(k + 1, path.size() - 1);
-    const double half_s = 0.5 * (stretch.t_s[after] - stretch.t_s[before]);
-    const Vec6 bend = before < k && k < after ? Vec6((slope(k, after) - slope(before, k)) / half_s) : Vec6::Zero();
-    result.push_back(columns_at({path[k].head<kShipStates>(), slope(before, after), bend}, usual_delay_s));
+    const double then_s = stretch.t_s[k] - usual_delay_s;
+    std::size_t after = k;  // of the two points between which that was
+    while (after > 1 && stretch.t_s[after - 1] > then_s) --after;
+    const Vec6 then = x(after) + (then_s - stretch.t_s[after]) * slope_before(after);
+    if (k == 0) {
+      filtered = x(0) - usual_delay_s * slope_before(0);
+    } else {
+      const double h = stretch.t_s[k] - stretch.t_s[k - 1], kept = std::exp(-h / usual_delay_s);
+      filtered = kept * filtered + (1.0 - kept) * x(k - 1) + (h - usual_delay_s * (1.0 - kept)) * slope_before(k);
+    }
+    result.push_back(columns_at({x(k), then - x(k), filtered - x(k)}, usual_delay_s));
   }
   return result;
 }

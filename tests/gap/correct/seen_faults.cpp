@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <catch2/catch.hpp>
 
+#include "core/random.hpp"
+#include "core/units.hpp"
+#include "dynamics/maneuvers.hpp"
 #include "gap/decide/sensors.hpp"
 #include "gap/detect/gains_of_nothing.hpp"
 #include "gap/fit/null_fit.hpp"
@@ -40,7 +46,44 @@ bool is_identified(const gap::SeenFaults& seen, double rate) {
                             rate);
 }
 
+// Holds a course by a yaw rate as it is read, once a second; rows of a second.
+class Helmsman final : public Maneuver {
+ public:
+  Helmsman(double gain_s, double noise_sd, std::uint64_t seed)
+      : gain_s_(gain_s), noise_sd_(noise_sd), random_(seed, "helmsman") {}
+
+  void order(double t_s, const ShipState<double>& state, Actuators<double>& command) override {
+    while (static_cast<double>(noise_.size()) < t_s + 1.0 - 1e-6) noise_.push_back(noise_sd_ * random_.normal());
+    if (std::abs(t_s - std::round(t_s)) > 1e-6) return;
+    const double read = state.nu(2) + noise_.back();
+    command[Channel::delta] = std::clamp(-state.eta(2) - gain_s_ * read, -0.44, 0.44);
+  }
+  double noise(std::size_t second) const { return noise_.at(std::min(second, noise_.size() - 1)); }
+
+ private:
+  double gain_s_, noise_sd_;
+  RandomStream random_;
+  std::vector<double> noise_;  // by second [rad/s]
+};
+
 }  // namespace
+
+TEST_CASE("sensors: a helm that answers the noise of the yaw rate does not make it late", "[gap]") {
+  const Ship ship = read_ship("kvlcc2-l7");
+  std::vector<Trajectory> recordings;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Helmsman helmsman(7.6, 0.06 * kDegree, seed);
+    const Trajectory truth = simulate(SimulatedShip(ship), helmsman, {}, {0.1, 1.0, 360.0});
+    Trajectory recording = observed(truth, test::usual_noise(1.0), RandomStream(seed, "helmsman noise"));
+    recording.name = recording.file = "held" + std::to_string(seed);
+    for (std::size_t k = 0; k < truth.size(); ++k) recording[Channel::r][k] = truth[Channel::r][k] + helmsman.noise(k);
+    recordings.push_back(std::move(recording));
+  }
+  const gap::Campaign campaign = gap::prepare(ship, recordings, {});
+  const gap::SeenFaults seen = gap::seen_faults(campaign, gap::fit_null(campaign, {.jobs = 2}), 2, 1);
+  CAPTURE(likeliest(seen.faults).fault.name, likeliest(seen.faults).log_bayes_factor);
+  CHECK_FALSE(is_identified(seen, 0.01));
+}
 
 TEST_CASE("filter: the columns of sensors are derivatives by what they add to the measurements", "[gap]") {
   const Fitted sound = fitted({});
