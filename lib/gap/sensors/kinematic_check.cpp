@@ -41,25 +41,32 @@ class ErrorsOfMotion {
     for (const ReadingEntry* entry : combination)
       if (entry->of == Channel::psi || (entry->of == Channel::r) == (kind == Kinematics::heading))
         needed.push_back(entry);
-    for (const Known& known : known_)
-      if (known.kind == kind && known.readings == needed) return known.errors;
-    std::vector<Trajectory> read = applied(recordings_, needed);
-    BlockErrors errors = window_errors(KinematicWindows(read), kind);
-    if (kind == Kinematics::heading) {
-      for (Trajectory& recording : read) scale_channel(recording, Channel::r, 0.0);
-      const BlockErrors without = window_errors(KinematicWindows(read), kind);
-      for (std::size_t b = 0; b < errors.size(); ++b) errors[b] = std::min(errors[b], without[b]);
-    }
-    known_.push_back({kind, needed, std::move(errors)});
-    return known_.back().errors;
+    BlockErrors errors = of_windows(needed, kind, true);
+    if (kind == Kinematics::track) return errors;
+    std::erase_if(needed, [](const ReadingEntry* entry) { return entry->of == Channel::r; });
+    const BlockErrors without_r = of_windows(needed, kind, false);
+    for (std::size_t b = 0; b < errors.size(); ++b) errors[b] = std::min(errors[b], without_r[b]);
+    return errors;
   }
 
  private:
   struct Known {
     Kinematics kind;
     Combination readings;
+    bool turns;  // whether r is as it is read, and not 0
     BlockErrors errors;
   };
+
+  BlockErrors of_windows(const Combination& readings, Kinematics kind, bool turns) {
+    for (const Known& known : known_)
+      if (known.kind == kind && known.readings == readings && known.turns == turns) return known.errors;
+    std::vector<Trajectory> read = applied(recordings_, readings);
+    if (!turns)
+      for (Trajectory& recording : read) scale_channel(recording, Channel::r, 0.0);
+    known_.push_back({kind, readings, turns, window_errors(KinematicWindows(read), kind)});
+    return known_.back().errors;
+  }
+
   std::vector<Trajectory> recordings_;  // at 3 m
   std::vector<Known> known_;
 };
