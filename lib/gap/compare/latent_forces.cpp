@@ -13,6 +13,7 @@
 #include "core/units.hpp"
 #include "gap/detect/effect_library.hpp"
 #include "gap/filter/reference_units.hpp"
+#include "gap/fit/coefficient_scale.hpp"
 #include "gap/fit/levels.hpp"
 #include "gap/locate/patterns.hpp"
 #include "gap/policy/policy.hpp"
@@ -322,13 +323,13 @@ std::vector<std::function<Basis()>> bases_of(const Campaign& campaign, const Fit
   const bool has_answers = Identifiable(campaign, fit).has_answers();
   const auto states = std::make_shared<const States>(states_of(moments, L_pp, nu_sd, has_answers));
   for (const auto& set : states->sets)
-    result.emplace_back([&moments, states, set] {
-      const double length = set.size() == 1 ? kOf.length_of_one_state : kOf.length_of_two_states;
-      Basis basis =
-          process_over(states->values(set, Eigen::indexing::all), length, Dependence::states, kMissing, moments);
-      for (const Eigen::Index i : set) basis.states.push_back(kStateChannels[static_cast<std::size_t>(i)]);
-      return basis;
-    });
+    for (const double length : set.size() == 1 ? kOf.lengths_of_one_state : kOf.lengths_of_two_states)
+      result.emplace_back([&moments, states, set, length] {
+        Basis basis =
+            process_over(states->values(set, Eigen::indexing::all), length, Dependence::states, kMissing, moments);
+        for (const Eigen::Index i : set) basis.states.push_back(kStateChannels[static_cast<std::size_t>(i)]);
+        return basis;
+      });
   for (const double period_s : in_equal_ratios(kOf.latent_periods, kOf.shortest_period_s, kOf.longest_period_s))
     result.emplace_back([&moments, period = time_unit * period_s] { return oscillation(moments, period); });
   if (!has_answers) return result;
@@ -380,7 +381,10 @@ struct ModelError {
 class Search {
  public:
   Search(const Campaign& campaign, const FittedNull& fit, std::size_t jobs)
-      : fit_(fit), unit_(reference_acceleration(campaign.ship)), jobs_(jobs) {
+      : fit_(fit),
+        unit_(reference_acceleration(campaign.ship)),
+        widths_(widths_by_scale(fit.stated, fit.parameters, fit.effects)),
+        jobs_(jobs) {
     Basis nothing;
     nothing.values.resize(fit.stretches.size());
     for (const bool knows_events : {true, false}) {
@@ -436,13 +440,15 @@ class Search {
         for (const Evidence& part : parts) total += without_columns(part, known, columns, size);
       else
         total = without_columns(together, known, columns, size);
-      by_size.push_back(marginal(total, fit_.theta, fit_.prior));
+      // Coefficients that stood in for it may be as stated beside it.
+      by_size.push_back(file_evidence(total, fit_.theta, widths_).log_evidence);
     }
     return log_mean_exp(by_size) + (error.knows_events ? fit_.log_prior_of_events : 0.0);
   }
 
   const FittedNull& fit_;
   Vec3<double> unit_;
+  std::vector<PriorWidths> widths_;
   std::size_t jobs_;
   double none_ = -std::numeric_limits<double>::infinity();
 };

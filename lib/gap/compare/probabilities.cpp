@@ -48,12 +48,16 @@ double log_odds(const std::vector<Fitted>& all, std::size_t i) {
   return all[i].log_evidence - all.front().log_evidence + log_prior(all[i].hypothesis) - log_prior({});
 }
 
-double log_odds_of(const std::vector<LatentForce>& kinds, std::size_t beside) {
+double log_evidence_of(const std::vector<LatentForce>& kinds) {
   if (kinds.empty()) return -std::numeric_limits<double>::infinity();
   const double most = kinds.front().log_evidence;
   double sum = 0.0;
   for (const LatentForce& kind : kinds) sum += std::exp(kind.log_evidence - most);
-  return most + std::log(sum / static_cast<double>(kinds.size())) + log_prior_odds_of_one(beside);
+  return most + std::log(sum / static_cast<double>(kinds.size()));
+}
+
+double log_odds_of(const std::vector<LatentForce>& kinds, std::size_t beside) {
+  return log_evidence_of(kinds) + log_prior_odds_of_one(beside);
 }
 
 double least_odds_of_nothing(double p_value) {

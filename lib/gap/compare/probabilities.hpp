@@ -26,8 +26,10 @@ double log_prior(const Hypothesis& hypothesis);
 /// from all evidence what it takes from that of the likeliest, or of its own, if that is more.
 double log_odds(const std::vector<Fitted>& all, std::size_t i);
 
-/// The same of forces that the catalogue does not hold, the likeliest kind first, beside so many effects; all kinds
-/// together are believed like one effect.
+/// ln of how many times likelier the recordings are with a force that the catalogue does not hold than without, where
+/// all its kinds are equally likely; the likeliest kind first.
+double log_evidence_of(const std::vector<LatentForce>& kinds);
+/// The posterior odds of one, beside so many effects; all kinds together are believed like one effect.
 double log_odds_of(const std::vector<LatentForce>& kinds, std::size_t beside = 0);
 
 /// The least odds of nothing against something that a p-value leaves: -e p ln p (Sellke, Bayarri & Berger 2001, The

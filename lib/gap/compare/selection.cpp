@@ -272,6 +272,7 @@ class Selector {
   void find_latent() {
     progress(0.745, "forces that the catalogue does not hold");
     find_kinds_beside(0);
+    selection_.latent_log_evidence = log_evidence_of(selection_.latent);
     selection_.latent_log_odds = log_odds_of(selection_.latent);
     if (is_searched_ || !is_rare(latent(), options_.locate.false_alarm)) return;
     search();
@@ -281,7 +282,7 @@ class Selector {
     const double most = comparison_.log_odds(likeliest_);
     for (std::size_t i = 1; i < comparison_.all().size(); ++i)
       if (!has_terms(hypothesis(i).names())) names += std::exp(comparison_.log_odds(i) - most);
-    return {selection_.latent_log_odds, most + std::log(names), findings_.tests};
+    return {selection_.latent_log_evidence, selection_.latent_log_odds, most + std::log(names), findings_.tests};
   }
 
   /// That, where it is likelier than all names together; the chosen ones only where they hold beside it.
@@ -311,8 +312,8 @@ class Selector {
     if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
     if (selection_.error < kPolicy.decide.error_of_forms)
       std::erase_if(selection_.latent, [&](const LatentForce& kind) {
-        return kind.on == Dependence::states && !is_rare(LatentFound{log_odds_of({kind}), 0.0, findings_.tests},
-                                                         surely_beside(options_.locate.false_alarm));
+        const LatentFound alone{kind.log_evidence, 0.0, 0.0, findings_.tests};
+        return kind.on == Dependence::states && !is_rare(alone, surely_beside(options_.locate.false_alarm));
       });
   }
 
@@ -331,12 +332,8 @@ class Selector {
     if (strongest == intervals.end()) return;
     // What comes and goes is an event to the fit, and costs what events cost there.
     const bool has_events = comparison_.all()[chosen].fit.log_prior_of_events < 0.0;
-    add_kind({Dependence::time,
-              {strongest->axis},
-              kMissing,
-              false,
-              {},
-              has_events ? 0.0 : -std::log(least_odds_of_nothing(strongest->p_value))});
+    const double gain = has_events ? 0.0 : -std::log(least_odds_of_nothing(strongest->p_value));
+    add_kind({Dependence::time, {strongest->axis}, kMissing, false, {}, gain});
   }
 
   /// Of one kind the likelier.

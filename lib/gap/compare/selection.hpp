@@ -21,8 +21,8 @@ struct Selection {
   double error = 0.0;
   /// What the catalogue does not hold, by kind, the likeliest first, beside what is claimed; empty where nobody asks.
   std::vector<LatentForce> latent;
-  double latent_log_odds = 0.0;  ///< of all kinds together, beside nothing missing
-  bool is_latent = false;        ///< whether that is claimed, alone or beside what was chosen
+  double latent_log_evidence = 0.0, latent_log_odds = 0.0;  ///< of all kinds together, beside nothing missing
+  bool is_latent = false;  ///< whether that is claimed, alone or beside what was chosen
 };
 
 /// Fits the likeliest effects one by one, then pairs, places, a tug and terms of the unknown, and chooses: what is

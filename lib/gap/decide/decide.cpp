@@ -131,11 +131,11 @@ bool is_certain(const Likeliest& best, double false_alarm) {
 }
 
 bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy) {
-  return policy.decide.families * std::exp(-latent.log_odds) < false_alarm && !is_of_inputs(latent.tests, policy);
+  return policy.decide.families * std::exp(-latent.log_evidence) < false_alarm && !is_of_inputs(latent.tests, policy);
 }
 
 bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy) {
-  return is_rare(latent, false_alarm, policy) && latent.log_odds > latent.log_odds_of_names;
+  return is_rare(latent, false_alarm, policy) && latent.log_odds > std::max(0.0, latent.log_odds_of_names);
 }
 
 bool holds_beside(const LatentFound& latent, double false_alarm, const Policy& policy) {

@@ -102,15 +102,16 @@ bool is_certain(const Likeliest& best, double false_alarm);
 
 /// What the catalogue does not hold, but is known by what it depends on.
 struct LatentFound {
-  double log_odds = 0.0;           ///< against nothing missing [nats]
+  double log_evidence = 0.0;       ///< ln of how many times likelier it makes the recordings than nothing missing does
+  double log_odds = 0.0;           ///< the same with prior odds
   double log_odds_of_names = 0.0;  ///< of all fitted hypotheses of the catalogue together
   TestsFound tests;
   double log_odds_with_chosen = 0.0;  ///< of the chosen names with what acts beside them
 };
-/// Whether such odds are rarer than the rate where nothing is missing, by Markov's inequality; never where inputs that
-/// are known at the samples alone are the larger error.
+/// Whether such evidence is rarer than the rate where nothing is missing, by Markov's inequality, of which the mean is
+/// 1 there; never where inputs that are known at the samples alone are the larger error.
 bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);
-/// Whether it is likelier than all names besides.
+/// Whether it is likelier than nothing missing, and than all names, besides.
 bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);
 /// Whether the chosen names are claimed beside it: such odds over it alone are rarer than the rate.
 bool holds_beside(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);

@@ -242,8 +242,8 @@ struct ComparePolicy {
   std::size_t leading_pairs = 2;  ///< [pairs] that are fitted although expected to be a little less likely than what was found | origin: choice, time
   std::array<double, 5> latent_sizes{0.1, 0.3, 1.0, 3.0, 9.0};  ///< [reference accelerations] root mean square of a latent force | origin: choice, from a tenth of what is worth finding to far more
   std::array<double, 2> latent_lengths{1.5, 5.0};  ///< [L_pp] over which a force that depends on the place changes | origin: choice
-  double length_of_one_state = 0.5;  ///< [sd] over which a force changes with one state, by that state's own | origin: choice
-  double length_of_two_states = 1.0;  ///< [sd] the same with two | origin: choice
+  std::array<double, 2> lengths_of_one_state{0.5, 2.0};  ///< [sd] over which a force changes with one state, by that state's own | origin: choice, from a sudden change to nearly a straight line
+  std::array<double, 2> lengths_of_two_states{1.0, 4.0};  ///< [sd] the same with two | origin: choice, the same
   std::int64_t latent_harmonics = 3;  ///< [harmonics] of the heading | origin: choice
   std::int64_t latent_periods = 20;  ///< [periods] that are tried, in equal ratios | origin: choice: nearer than a coherent oscillation tells apart
   double shortest_period_s = 8.0;  ///< [s] at 3 m, times sqrt(L) | origin: choice

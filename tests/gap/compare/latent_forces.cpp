@@ -15,13 +15,17 @@ using gap::LatentForce;
 
 namespace {
 
-std::vector<LatentForce> found_in(const std::vector<EffectEntry>& planted, double sample_s = 1.0) {
+gap::Campaign campaign_with(const std::vector<EffectEntry>& planted, double sample_s = 1.0) {
   const Ship ship = read_ship("esso-osaka-3m");
   const test::SimulatedCampaign of{
       .ship = "esso-osaka-3m", .recordings = 3, .duration_s = 240.0, .sample_s = sample_s, .wind_mps = 0.0};
   Ship true_ship = ship;
   true_ship.effects = planted;
-  const gap::Campaign campaign = gap::prepare(ship, test::recorded(of, true_ship), {});
+  return gap::prepare(ship, test::recorded(of, true_ship), {});
+}
+
+std::vector<LatentForce> found_in(const std::vector<EffectEntry>& planted, double sample_s = 1.0) {
+  const gap::Campaign campaign = campaign_with(planted, sample_s);
   return gap::latent_forces(campaign, gap::fit_null(campaign, {.jobs = 2}), 2);
 }
 
@@ -85,4 +89,20 @@ TEST_CASE("latent forces: rudders that lag are a memory", "[gap]") {
   CAPTURE(gap::phrase(kinds.front()));
   CHECK(kinds.front().on == Dependence::memory);
   CHECK(kinds.front().log_evidence > 5.0);
+}
+
+// Coefficients that stood in for a force, and were taken for badly known, are as stated beside it.
+TEST_CASE("latent forces: how wrong the ship's file is, is averaged over beside each", "[gap]") {
+  const gap::Campaign campaign = campaign_with({});
+  gap::FittedNull fit = gap::fit_null(campaign, {.jobs = 2});
+  const std::vector<LatentForce> before = gap::latent_forces(campaign, fit, 2);
+  fit.prior = fit.stated.scaled(fit.theta.size() - 1, 3.0);  // as if the coefficients had come out badly known
+  fit.scale = 3.0;
+  const std::vector<LatentForce> after = gap::latent_forces(campaign, fit, 2);
+  REQUIRE(!before.empty());
+  REQUIRE(after.size() == before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    CHECK(after[i].on == before[i].on);
+    CHECK(after[i].log_evidence == Approx(before[i].log_evidence));
+  }
 }
