@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "core/units.hpp"
 #include "gap/policy/policy.hpp"
@@ -131,6 +132,18 @@ void keep_apart(std::vector<Start>& starts) {
       kept.push_back(std::move(start));
   }
   starts = std::move(kept);
+}
+
+void take_turns(std::vector<Start>& starts) {
+  std::map<Eigen::Index, std::size_t> so_far;
+  std::vector<std::pair<std::size_t, Start>> turns;
+  for (Start& start : starts) {
+    const std::size_t turn = so_far[start.hypothesis.size()]++;
+    turns.emplace_back(turn, std::move(start));
+  }
+  std::ranges::stable_sort(turns, std::less(), [](const auto& turn) { return turn.first; });
+  starts.clear();
+  for (auto& [turn, start] : turns) starts.push_back(std::move(start));
 }
 
 }  // namespace leeway::gap

@@ -20,4 +20,9 @@ std::vector<FreeEffect::Choice> places_of(const std::string& effect, const Campa
 ///   starts  sorted, the best first
 void keep_apart(std::vector<Start>& starts);
 
+/// Puts lines that are taut at any length and those with slack in turn: neighbors on a grid of anchors gain nearly
+/// alike, and a fit frees no slack.
+///   starts  sorted, the best first
+void take_turns(std::vector<Start>& starts);
+
 }  // namespace leeway::gap
