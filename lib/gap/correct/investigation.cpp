@@ -153,9 +153,20 @@ void Investigator::withdraw_faint_faults() {
              fmt::format("the simulator then follows the recordings worse (log-odds {:.0f})", gained));
     findings.corrected = is_corrected();
   } else {
+    judge_by_forces(findings.audit.faults);
     correct(findings.audit.faults);
     fit_anew();
   }
+}
+
+void Investigator::judge_by_forces(std::vector<Fault>& faults) const {
+  const SeenFaults seen = seen_faults(result.campaign, result.null, options_.jobs, options_.seed);
+  if (seen.gains_of_nothing.empty()) return;
+  for (const SeenFault& one : seen.faults)
+    for (Fault& fault : faults)
+      if (fault.name == one.fault.name)
+        fault.p_value = std::min(fault.p_value,
+                                 kPolicy.decide.families * chance_of_gain(seen.gains_of_nothing, one.log_bayes_factor));
 }
 
 void Investigator::identify_faults() {

@@ -34,7 +34,8 @@ class Investigator {
   /// The simulator fitted within its stated uncertainty.
   void fit();
   /// A faint fault, corrected where there is none, would look like missing physics: it stays only where the simulator
-  /// does not follow the recordings better without its correction.
+  /// does not follow the recordings better without its correction. Its p-value is then what the filter says as well, if
+  /// that is smaller.
   void withdraw_faint_faults();
   /// Faults that the kinematics leave open, as the filter sees them, which knows the ship's forces and the sizes of the
   /// noise: one after another, where it is likelier than sound sensors and than any one effect.
@@ -56,6 +57,8 @@ class Investigator {
   double log_likelihood(const std::vector<Fault>& corrected) const;
   void fit_anew(const FittedNull* near_by = nullptr);
   bool is_corrected() const;
+  /// p-values of faults that the filter sees beside a fit without them.
+  void judge_by_forces(std::vector<Fault>& faults) const;
 
   const Ship& ship_;
   const FroudeScale scale_;
