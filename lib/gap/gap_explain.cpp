@@ -48,7 +48,9 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   found.has_terms = has_terms(answer.hypothesis.names());
   found.chance_of_best = comparison.chance_of(selection.best);
   found.is_latent = selection.is_latent;
-  found.chance_of_latent = std::exp(-std::max(0.0, selection.latent_log_evidence));
+  // What other forms of her own forces leave as well says nothing against nothing missing.
+  if (selection.is_latent || selection.error >= kPolicy.decide.error_of_forms)
+    found.chance_of_latent = std::exp(-std::max(0.0, selection.latent_log_evidence));
   found.log_odds_of_chosen = comparison.log_odds(selection.chosen);
   for (std::size_t i = 1; i < selection.stated.size(); ++i)
     found.is_likelier_than_not |=

@@ -282,7 +282,8 @@ class Selector {
     const double most = comparison_.log_odds(likeliest_);
     for (std::size_t i = 1; i < comparison_.all().size(); ++i)
       if (!has_terms(hypothesis(i).names())) names += std::exp(comparison_.log_odds(i) - most);
-    return {selection_.latent_log_evidence, selection_.latent_log_odds, most + std::log(names), findings_.tests};
+    return {selection_.latent_log_evidence, selection_.latent_log_odds, most + std::log(names), selection_.error,
+            findings_.tests};
   }
 
   /// That, where it is likelier than all names together; the chosen ones only where they hold beside it.
@@ -300,8 +301,7 @@ class Selector {
     selection_.latent = alone;
   }
 
-  /// Latent forces beside a fit; terms, where they were fitted, are another form of what depends on states. That
-  /// other forms of the ship's own forces do as well: where they leave as much it has to be surer.
+  /// Latent forces beside a fit; terms, where they were fitted, are another form of what depends on states.
   void find_kinds_beside(std::size_t i) {
     auto known = latent_beside_.find(i);
     if (known == latent_beside_.end())
@@ -310,11 +310,6 @@ class Selector {
     std::set<std::string> bare = name_set(hypothesis(i));
     bare.erase(name_of_terms());
     if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
-    if (selection_.error < kPolicy.decide.error_of_forms)
-      std::erase_if(selection_.latent, [&](const LatentForce& kind) {
-        const LatentFound alone{kind.log_evidence, 0.0, 0.0, findings_.tests};
-        return kind.on == Dependence::states && !is_rare(alone, surely_beside(options_.locate.false_alarm));
-      });
   }
 
   /// Kinds of what may be left beside what was chosen, with what intervals stand for.

@@ -131,7 +131,8 @@ bool is_certain(const Likeliest& best, double false_alarm) {
 }
 
 bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy) {
-  return policy.decide.families * std::exp(-latent.log_evidence) < false_alarm && !is_of_inputs(latent.tests, policy);
+  const double rate = latent.error_share < policy.decide.error_of_forms ? surely_beside(false_alarm) : false_alarm;
+  return policy.decide.families * std::exp(-latent.log_evidence) < rate && !is_of_inputs(latent.tests, policy);
 }
 
 bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy) {

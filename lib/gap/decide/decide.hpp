@@ -105,11 +105,13 @@ struct LatentFound {
   double log_evidence = 0.0;       ///< ln of how many times likelier it makes the recordings than nothing missing does
   double log_odds = 0.0;           ///< the same with prior odds
   double log_odds_of_names = 0.0;  ///< of all fitted hypotheses of the catalogue together
+  double error_share = 0.0;        ///< model error by typical acceleration, where it is largest
   TestsFound tests;
   double log_odds_with_chosen = 0.0;  ///< of the chosen names with what acts beside them
 };
-/// Whether such evidence is rarer than the rate where nothing is missing, by Markov's inequality, of which the mean is
-/// 1 there; never where inputs that are known at the samples alone are the larger error.
+/// Whether such evidence is rarer than the rate where nothing is missing, by Markov's inequality: its mean is 1 there.
+/// Other forms of the ship's own forces are not in it: where the simulator errs by no more than they leave it has to be
+/// surer. Never where inputs that are known at the samples alone are the larger error.
 bool is_rare(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);
 /// Whether it is likelier than nothing missing, and than all names, besides.
 bool is_claimed(const LatentFound& latent, double false_alarm, const Policy& policy = kPolicy);

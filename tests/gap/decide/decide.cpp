@@ -399,7 +399,7 @@ TEST_CASE("decide: when the likeliest is certain enough to be claimed", "[gap][d
 }
 
 TEST_CASE("decide: what has no name is claimed by what it depends on", "[gap][decide]") {
-  gap::LatentFound latent{24.0, 20.0, 5.0, {}, 0.0};
+  gap::LatentFound latent{24.0, 20.0, 5.0, 0.2, {}, 0.0};
   CHECK_FALSE(gap::holds_beside(latent, 0.01));
   const double needed = std::log(gap::kPolicy.decide.families / 0.01);  // Markov's inequality for all tests
   latent.log_odds_with_chosen = 20.0 + needed - 0.1;
@@ -415,6 +415,9 @@ TEST_CASE("decide: what has no name is claimed by what it depends on", "[gap][de
   CHECK(!gap::is_claimed(latent, 0.01));
   latent.log_evidence += 0.2;
   CHECK(gap::is_claimed(latent, 0.01));
+  latent.error_share = 0.05;  // other forms of the ship's own forces leave as much
+  CHECK(!gap::is_claimed(latent, 0.01));
+  latent.error_share = 0.2;
   latent.log_odds = -0.1;  // rare evidence of what is hardly believed
   CHECK(gap::is_rare(latent, 0.01));
   CHECK(!gap::is_claimed(latent, 0.01));
