@@ -165,7 +165,10 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains_of_places(std::
       continue;
     }
     sort(expected.starts);
-    info.search == SearchStart::anchor ? take_turns(expected.starts) : keep_apart(expected.starts);
+    if (info.search == SearchStart::anchor)
+      take_turns(expected.starts);
+    else
+      keep_apart(expected.starts);
     expected.gain = expected.starts.front().log_evidence - screen.log_evidence({});
   }
   sort(result);

@@ -141,7 +141,7 @@ void take_turns(std::vector<Start>& starts) {
     const std::size_t turn = so_far[start.hypothesis.size()]++;
     turns.emplace_back(turn, std::move(start));
   }
-  std::ranges::stable_sort(turns, std::less(), [](const auto& turn) { return turn.first; });
+  std::ranges::stable_sort(turns, {}, &std::pair<std::size_t, Start>::first);
   starts.clear();
   for (auto& [turn, start] : turns) starts.push_back(std::move(start));
 }

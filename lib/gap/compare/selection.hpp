@@ -17,7 +17,7 @@ struct Selection {
   bool is_negligible = false;          ///< whether that is not worth a word
   /// Model error beside what is claimed, by the typical acceleration, on the axis or in the interval where it is
   /// largest. Below kPolicy.decide.error_of_forms it is what simulators leave that lack nothing: then nothing is called
-  /// unknown.
+  /// unknown but a latent force that is sure.
   double error = 0.0;
   /// What the catalogue does not hold, by kind, the likeliest first, beside what is claimed; empty where nobody asks.
   std::vector<LatentForce> latent;
