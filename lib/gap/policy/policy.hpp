@@ -288,7 +288,7 @@ struct DecidePolicy {
   std::size_t far_parameters = 4;  ///< [parameters] as far off: the simulator errs grossly | origin: choice
   std::size_t far_parameters_with_error = 2;  ///< [parameters] as far off beside a large model error: grossly as well | origin: choice
   double gross_error = 0.5;  ///< [-] model error by typical acceleration that counts as large there | origin: choice
-  double error_of_forms = 0.1;  ///< [-] of the typical acceleration: what simulators leave that lack nothing; less is not called unknown, but for a latent force that is sure | origin: measured, docs/proof.md
+  double error_of_forms = 0.1;  ///< [-] of the typical acceleration: what simulators leave that lack nothing; less is not called unknown, but for a latent force that is sure | origin: measured, scripts/proof/forms: published forms leave more on the worst axis in a fifth of cases
   double stated_sds = 2.0;  ///< [stated sd] beyond which a coefficient's interval contradicts the ship file | origin: choice, 5 %
   double least_determined = 1.0;  ///< [coefficients] that the recordings must know better than the file, to say that it is as stated | origin: choice
   double strong_odds = 5.7;  ///< [nats] posterior odds from which on the p-value is not asked: 300 to 1 | origin: choice
