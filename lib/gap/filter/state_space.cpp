@@ -111,6 +111,8 @@ void Filter::predict(std::size_t k) {
     }
   }
   P.diagonal().array() += kPolicy.filter.tiny;
+  // Where no wind is recorded it has no error, not even by rounding: an anemometer would err by the ship's own speed.
+  if (wind_sd_ == 0.0) covariance.diagonal().segment<2>(kWindStart).setZero();
   Eigen::Index first = 0;
   for (; first + kWidth <= columns.cols(); first += kWidth) move_columns<states, kWidth>(upper, first);
   for (; first < columns.cols(); ++first) move_columns<states, 1>(upper, first);

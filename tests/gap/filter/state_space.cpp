@@ -146,3 +146,23 @@ TEST_CASE("filter: with a receiver's error it gives the density of what is measu
     CHECK(off.head<6>().cwiseAbs().maxCoeff() < 1e-4);
   }
 }
+
+TEST_CASE("filter: where no wind is recorded it has no error, not even by rounding", "[gap]") {
+  // With the least of a wind the scale of an anemometer would change the ship's own head wind.
+  const Ship ship = read_ship("esso-osaka-3m");
+  const gap::LinearStretch linear = linearized(ship, 100.0);
+  gap::Noise noise;
+  noise.sigma_w = {5e-4, 5e-4, 5e-4};
+  noise.tau_s = 10.0;
+  noise.wind_tau_s = 15.0;
+  noise.wind_share = 0.2;
+  noise.measurement_sd << 0.01, 0.02, 0.002, 0.004, 0.003, 0.002;
+  const Eigen::VectorXd theta = Eigen::VectorXd::Zero(linear.steps.front().G.cols());
+  const gap::LinearStretch filtered = gap::linearize_filtered(ship, linear, linear.data, noise, {}, theta);
+  const gap::Smoothed smoothed = gap::smooth(filtered, noise, theta);
+  CHECK((filtered.path[50] - linear.path[50]).head<gap::kShipStates>().norm() > 1e-6);
+  for (std::size_t k = 0; k < linear.path.size(); ++k) {
+    REQUIRE(filtered.path[k].tail<2>() == Vec2<double>::Zero());
+    REQUIRE(smoothed.state[k].tail<2>() == Vec2<double>::Zero());
+  }
+}
