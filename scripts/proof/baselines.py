@@ -15,6 +15,7 @@ import model as m
 import physics
 import recording
 import separability as sep
+import tables
 
 COMMON = "rudder-offset"
 
@@ -133,7 +134,7 @@ def stepwise(y, X, keys, most=8):
 
 def table(keys, rows):
     lines = ["| method | false alarms | detected, single at d' >= 6 | named first | in the first three |", "|---" * 5 + "|"]
-    nulls = [r for r in rows if not r["truth"] and r["family"] != "misstated"]
+    nulls = tables.nulls_of(rows)
     seen = [r for r in rows if r["family"] == "single" and (r["d_prime"] or 0.0) >= 6.0]
     found = {}
     for r in nulls + seen:

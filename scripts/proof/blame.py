@@ -1,16 +1,17 @@
 """Where right answers are lost: tables from what ladder computed and what the tool's reports say.
 
     read(OUT) -> cases: key facts, rungs (shares of right answers by question), distances
-    efficiency(cases, question): right answers over what the rung `priors` reaches, with bootstrap intervals
+    efficiency(cases, question): right answers over what the rung `priors` reaches, with intervals
     report(cases): all tables as Markdown
 """
 
 import json
-import random
 
 import bayes
+import law
 import physics
 import rungs
+import scores
 import sets
 
 COMPUTED = rungs.RUNGS[:4]
@@ -25,20 +26,46 @@ def read(out):
     cases = []
     for file in sorted((out / "ladder").glob("*.json")):
         kept = json.loads(file.read_text(encoding="utf-8"))
+        if kept["version"] != rungs.version():
+            continue
         key = json.loads((out / "keys" / file.name).read_text(encoding="utf-8"))
         case = {"id": key["id"], "family": key["family"], "names": key["names"], "rungs": kept["rungs"], "cpu_s": kept["cpu_s"], "campaign": key["campaign"],
-                "level": key["level"], "misstated": key.get("misstated"), "ship_file": None, "d_prime": min((t["d_prime"] or 0.0 for t in key["truth"].values()), default=None), "tool": None}
-        law = kept["rungs"]["truth"]["law"]
-        case["d_det"], case["d_name"] = bayes.separation(law["nats_detected"]), bayes.separation(law["nats_named"]) if "nats_named" in law else None
+                "level": key["level"], "misstated": key.get("misstated"), "ship_file": None, "failed": False, "d_prime": min((t["d_prime"] or 0.0 for t in key["truth"].values()), default=None), "tool": None}
+        drawn = kept["rungs"]["truth"]["law"]
+        case["d_det"], case["d_name"] = bayes.separation(drawn["nats_detected"]), bayes.separation(drawn["nats_named"]) if "nats_named" in drawn else None
         second = kept["rungs"]["truth"].get("nats_second")
         case["d_second"] = None if second is None else bayes.separation(second)
         report, run = out / "results" / key["id"] / "report.json", out / "results" / key["id"] / "run.json"
         if run.exists():
             failed = json.loads(run.read_text(encoding="utf-8"))["exit_code"] != 0 or not report.exists()
-            said = {} if failed else json.loads(report.read_text(encoding="utf-8"))
-            case["tool"], case["ship_file"] = rungs.tool(key, said), (said.get("ship_file") or {}).get("state", "not said")
+            told = {} if failed else json.loads(report.read_text(encoding="utf-8"))
+            case["tool"], case["ship_file"], case["failed"] = said(key, told), (told.get("ship_file") or {}).get("state", "not said"), failed
         cases.append(case)
     return cases
+
+
+def said(key, report):
+    """The tool's rungs, read from its report by the rules of scores.py: right or not (0 or 1) by question. Where nothing is missing `detected` is an alarm."""
+    truth, chosen = set(rungs.truth_names(key)), scores.chosen_of(report)
+    named = [n for n in chosen if n != law.UNKNOWN]
+    listed = [set(scores.effects_of(h)) for h in report.get("hypotheses") or []]
+    listed += [{f.get("name")} for f in (report.get("audit") or {}).get("faults") or []] + ([set(chosen)] if chosen else [])
+    ranked = sorted(report.get("hypotheses") or [], key=lambda h: -(h.get("probability") or 0.0))
+    top = set(scores.effects_of(ranked[0])) if ranked else set()
+    claimed = set(named) if named else set(chosen)  # with a name, `unknown` says that it is not all
+    if truth:
+        is_detected = scores.outcome(report, tuple(truth)) in scores.DETECTED
+    else:
+        is_detected = report.get("verdict") == "mismatch" or bool(chosen)
+    order = [n for h in ranked for n in scores.effects_of(h)]
+    first = bool(truth) and next(iter(named or chosen), None) in truth
+    right = bool(truth) and claimed == truth
+    is_accepted = right or truth in [set(s) for s in scores.accepted_set(report)]
+    out = {"fitted": {"detected": any(listed), "first": any(truth & s for s in listed), "set": truth in listed, "accepted": truth in listed, "both": truth in listed},
+           "ranked": {"detected": bool(top) or bool(chosen), "first": first or bool(order) and order[0] in truth, "set": right or top == truth,
+                      "accepted": is_accepted or top == truth, "both": right or top == truth},
+           "chosen": {"detected": is_detected, "first": first, "set": right, "accepted": is_accepted, "both": right}}
+    return {rung: {q: float(x) for q, x in r.items() if q != "both" or len(truth) > 1} for rung, r in out.items()}
 
 
 def share(case, rung, question, kind="own"):
@@ -64,21 +91,15 @@ def lost_at(case, question):
     return next(r for r in rungs.RUNGS if share(case, r, question) < 0.5)
 
 
-def efficiency(cases, question, against="priors", draws=1000, seed=1):
-    """(right answers, what the rung reaches, ratio, low, high): 95 % limits by bootstrap over cases."""
+def efficiency(cases, question, against="priors"):
+    """(right answers, what the rung reaches, ratio, low, high): Wilson's 95 % limits of the share of right answers, by the share that is within reach."""
     pairs = [(share(c, "chosen", question), share(c, against, question)) for c in cases]
     pairs = [(a, b) for a, b in pairs if a is not None and b is not None]
     right, reach = sum(a for a, _ in pairs), sum(b for _, b in pairs)
     if reach < 0.5:
         return right, reach, None, None, None
-    rng, ratios = random.Random(seed), []
-    for _ in range(draws):
-        some = rng.choices(pairs, k=len(pairs))
-        below = sum(b for _, b in some)
-        if below > 0.0:
-            ratios.append(sum(a for a, _ in some) / below)
-    ratios.sort()
-    return right, reach, right / reach, ratios[int(0.025 * len(ratios))], ratios[min(int(0.975 * len(ratios)), len(ratios) - 1)]
+    low, high = scores.wilson(right, len(pairs))
+    return right, reach, right / reach, low * len(pairs) / reach, high * len(pairs) / reach
 
 
 def limits(case, question):
@@ -107,7 +128,7 @@ def efficiency_table(cases):
 
 def known_table(cases):
     """What can be known, by the d' of the key; apart where an effect only multiplies what a coefficient multiplies."""
-    lines = ["| single effects | d' of the key | cases | P*: detected | P*: named first | exact inference: detected | named first |", "|---" * 7 + "|"]
+    lines = ["| single effects | d' of the key | cases | P*, of the law: detected | named first | exact inference, of the case's own: detected | named first |", "|---" * 7 + "|"]
     singles = [c for c in acting(cases) if kind_of(c) in ("single effects", "sensors")]
     for words, some in (("that multiply a coefficient", [c for c in singles if c["names"][0] in sets.SLABS]), ("all others", [c for c in singles if c["names"][0] not in sets.SLABS])):
         for low, high, label in ((0.0, 4.5, "about 3"), (4.5, 9.0, "6"), (9.0, 19.0, "12"), (19.0, float("inf"), "30")):
@@ -176,8 +197,8 @@ def parts(cases):
     if not cases:
         return {}
     exact = sum(max(c["rungs"]["priors"]["own"]["se"].values()) for c in cases) / len(cases)
-    law = sum(max(c["rungs"]["truth"]["own"]["se"].values()) for c in cases) / len(cases)
-    head = [f"{len(cases)} cases, {sum(c['tool'] is not None for c in cases)} of them with a report. Monte Carlo error of a case's share: {law:.3f} (generating law), "
+    of_law = sum(max(c["rungs"]["truth"]["own"]["se"].values()) for c in cases) / len(cases)
+    head = [f"{len(cases)} cases, {sum(c['tool'] is not None and not c['failed'] for c in cases)} of them with a report. Monte Carlo error of a case's share: {of_law:.3f} (generating law), "
             f"{exact:.3f} (exact inference) at most, in the mean. {sum(c['cpu_s'] for c in cases) / len(cases):.0f} s a case."]
     return {"ladder": head, "what can be known": known_table(cases), "blame": blame_table(cases), "expected answers": expected_table(cases), "efficiency": efficiency_table(cases),
             "nulls of the ladder": null_table(cases), "ship files": ship_file_table(cases)}

@@ -435,6 +435,7 @@ class Group:
             mine = slice(i * self.per, (i + 1) * self.per)
             whole = {k: track[k][..., mine, :] for k in track if k not in ("t", "channels")}
             np.savez_compressed(secret / "track.npz", t=track["t"], channels=np.array(track["channels"]), **whole)
+            key["noise_free"]["track.npz"] = hashlib.sha256((secret / "track.npz").read_bytes()).hexdigest()
             (keys / f"{case['id']}.json").write_text(json.dumps(key, indent=1, sort_keys=True), encoding="utf-8")
 
 
@@ -444,9 +445,19 @@ def seal(keys):
 
 
 def broken_seals(keys):
-    """Names of keys that are not those that were sealed."""
-    sealed = dict(reversed(line.split("  ")) for line in (keys.parent / "keys.sha256").read_text(encoding="utf-8").split("\n") if line)
+    """Names of keys that are not those that were sealed, and of sealed recordings that are not those of their key."""
+    lines = [line.split("  ") for line in (keys.parent / "keys.sha256").read_text(encoding="utf-8").split("\n") if line]
+    if any(len(line) != 2 for line in lines):
+        return ["keys.sha256 itself"]
+    sealed = {name: digest for digest, name in lines}
     there = {f.name: hashlib.sha256(f.read_bytes()).hexdigest() for f in keys.glob("*.json")}
-    return sorted(n for n in sealed.keys() | there.keys() if sealed.get(n) != there.get(n))
+    broken = [n for n in sealed.keys() | there.keys() if sealed.get(n) != there.get(n)]
+    for f in keys.glob("*.json"):
+        if f.name not in broken:
+            for name, digest in json.loads(f.read_text(encoding="utf-8")).get("noise_free", {}).items():
+                file = f.with_suffix("") / name
+                if not file.exists() or hashlib.sha256(file.read_bytes()).hexdigest() != digest:
+                    broken.append(f"{f.stem}/{name}")
+    return sorted(broken)
 
 

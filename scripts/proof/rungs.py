@@ -9,10 +9,11 @@
     chosen     what its rule of decision chose      }
 
 Data are drawn: `law` with coefficients and forms of the law (this effect, shape, strength, and how wrong the case's coefficients are), `own` with those of
-the case; noise is drawn in both. Alarms at 1 % on nulls of the law, of this track and noise. Functions: compute(key, track) -> rungs; tool(key, report).
+the case; noise is drawn in both. Alarms at 1 % on nulls of the law, of this track and noise. Functions: compute(key, track) -> rungs. Those of the tool: blame.said.
 """
 
 import math
+import pathlib
 
 import numpy as np
 
@@ -21,8 +22,8 @@ import campaign
 import law
 import model as m
 import physics
-import scores
 import sets
+import tool
 
 QUESTIONS = ("detected", "first", "set", "accepted", "both")
 RUNGS = ("truth", "forms", "priors", "noise", "fitted", "ranked", "chosen")
@@ -392,31 +393,7 @@ def exact_on(bench, Y, K, S, is_null=None):
     return names, [not n for n in names], post
 
 
-def tool(key, report):
-    """Rungs that are read from the report, right or not (0 or 1) by question."""
-    truth = set(truth_names(key))
-    chosen = scores.chosen_of(report)
-    listed = [set(scores.effects_of(h)) for h in report.get("hypotheses") or []]
-    listed += [{f.get("name")} for f in (report.get("audit") or {}).get("faults") or []] + ([set(chosen)] if chosen else [])
-    ranked = sorted(report.get("hypotheses") or [], key=lambda h: -(h.get("probability") or 0.0))
-    top = set(scores.effects_of(ranked[0])) if ranked else set()
-    if law.UNKNOWN in truth:
-        ranked_first, top_set = bool(chosen) and chosen[0] == law.UNKNOWN or law.UNKNOWN in top, law.UNKNOWN in set(chosen) | top
-        fitted = law.UNKNOWN in chosen or any(law.UNKNOWN in s for s in listed)
-    else:
-        order = [n for h in ranked for n in scores.effects_of(h)]
-        ranked_first = bool(order) and order[0] in truth or bool(chosen) and chosen[0] in truth
-        top_set = top == truth or set(chosen) == truth
-        fitted = any(truth & s for s in listed)
-    alarm = report.get("verdict") == "mismatch" or bool(chosen)
-    wrong = bool(chosen) and not truth & set(chosen) and law.UNKNOWN not in chosen
-    accepted = [set(s) for s in scores.accepted_set(report)]
-    both = len(truth) > 1
-    out = {"fitted": {"detected": any(listed), "first": fitted, "set": truth in listed, "accepted": truth in listed, "both": any(truth <= s for s in listed)},
-           "ranked": {"detected": bool(top) or bool(chosen), "first": ranked_first, "set": top_set, "accepted": top_set or truth in accepted,
-                      "both": truth <= top or truth <= set(chosen)},
-           "chosen": {"detected": alarm and not wrong, "first": bool(chosen) and chosen[0] in truth, "set": set(chosen) == truth,
-                      "accepted": truth in accepted or set(chosen) == truth, "both": truth <= set(chosen)}}
-    if law.UNKNOWN in truth and law.UNKNOWN in chosen:
-        out["fitted"]["set"] = out["fitted"]["accepted"] = True
-    return {rung: {q: float(x) for q, x in r.items() if q != "both" or both} for rung, r in out.items()}
+def version():
+    """Hash of what the computed rungs are computed with."""
+    here = pathlib.Path(__file__).resolve().parent
+    return tool.hash_of([here / f"{name}.py" for name in ("bayes", "law", "sets", "rungs", "model", "physics", "separability", "recording", "campaign")])

@@ -3,6 +3,8 @@
 import math
 import random
 
+import physics
+
 # What a report says of a case in which something acts; each case has one.
 OUTCOMES = ("right", "some of it", "right and wrong", "wrong", "unknown", "mismatch, unnamed", "undecided", "missed", "failed")
 DETECTED = ("right", "some of it", "unknown")  # a wrong name is no detection, and a mismatch without any is counted apart
@@ -11,6 +13,7 @@ KINDS = {"coanda-jet": "states", "ice-drag": "states", "swinging-tank": "memory"
          "yaw-flutter": "period", "stiction": "states"}
 # The same of model errors that are not noise: a report that says so of a null is right, and no alarm. A step is a tug that comes and stays.
 ERROR_KINDS = {"limit-cycle": ("period",), "step": ("time", "tug"), "all": ("period", "time", "tug")}
+CAN_BE_NAMED = {*physics.EFFECTS, *physics.SENSORS}
 ANGLES = ("current_set_deg", "wind_dir_deg", "wave_from_deg", "direction_deg", "wall_direction_deg")
 
 
@@ -156,6 +159,20 @@ def quantities(report, key):
     return rows
 
 
+def inclusion_of(report, key):
+    """(stated probability, whether it acts) of every effect and fault that there is: what a report does not list is stated with 0."""
+    listed = {n: p for n, p in (report.get("inclusion") or {}).items() if p is not None and not n.startswith("coefficient:")}
+    if not listed:
+        return []
+    acting = {"unknown" if key["family"] == "outside" else n for n in key["names"]}
+    return [(listed.get(n, 0.0), n in acting) for n in sorted(CAN_BE_NAMED | set(listed) | acting)]
+
+
+def kinds_of(key):
+    """On what that depends which no name says."""
+    return {KINDS.get(n) or key["truth"].get(n, {}).get("about") for n in key["names"]} - {None}
+
+
 def judge(key, run, report):
     """One case in numbers that can be counted."""
     truth = list(key["names"])
@@ -188,10 +205,10 @@ def judge(key, run, report):
     out["set_ok"] = bool(truth) and any(set(truth) == set(members) for members in accepted)  # one with more in it is another hypothesis
     out["set_size"] = len(accepted)
     out["unknown"] = "unknown" in chosen
-    out["kind_ok"] = report.get("unknown_kind") in {KINDS[n] for n in truth if n in KINDS}
+    out["kind_ok"] = report.get("unknown_kind") in kinds_of(key)
     out["located"] = located(report, key)
     out["ship_file"] = (report.get("ship_file") or {}).get("state")
-    out["inclusion"] = [(p, name in truth) for name, p in (report.get("inclusion") or {}).items() if p is not None and not name.startswith("coefficient:")]
+    out["inclusion"] = inclusion_of(report, key)
     out["quantities"] = quantities(report, key)
     in_catalogue = key["family"] != "outside"
     wanted = set(truth)

@@ -4,6 +4,7 @@ Each part has a folder of its own, OUT/shard-3-of-8, with its own keys and seal,
 
 import argparse
 import hashlib
+import json
 import pathlib
 
 
@@ -29,6 +30,23 @@ def part(cases, shard):
 
 
 def folders(output):
-    """The folders of a run: its shards, or itself."""
+    """The folders of a run: its shards, or itself. ValueError where they are not parts of one set."""
     output = pathlib.Path(output)
-    return sorted(output.glob("shard-*-of-*"), key=lambda f: [int(x) for x in f.name.split("-")[1::2]]) or [output]
+    found = sorted(output.glob("shard-*-of-*"), key=lambda f: [int(x) for x in f.name.split("-")[1::2]])
+    if not found:
+        return [output]
+    if (output / "keys.sha256").exists():
+        raise ValueError(f"{output}: holds a set of its own beside shards; score one of them")
+    designs = {}
+    for folder in found:
+        file = folder / "design.json"
+        design = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        if design and design.get("shard") != "/".join(folder.name.split("-")[1::2]):
+            raise ValueError(f"{folder}: its design is of the shard {design.get('shard')}")
+        designs.setdefault(json.dumps({**design, "shard": folder.name.split("-")[3]}, sort_keys=True) if design else None, folder)
+    designs.pop(None, None)
+    if len(designs) > 1:
+        one, other, *_ = designs.items()
+        differ = [k for k, v in json.loads(one[0]).items() if json.loads(other[0]).get(k) != v]
+        raise ValueError(f"{one[1]} and {other[1]} are not parts of one set: they differ in {', '.join(differ)}")
+    return found

@@ -7,6 +7,7 @@ from collections import Counter
 import scores
 
 NOT_YET = ["Not computed yet."]
+WORSE = 0.05  # mean ln of the errors of free runs, from which on they got worse: scatter of the sealed recordings
 
 
 def nulls_of(rows):
@@ -71,7 +72,7 @@ def targets(rows):
         if i.get("before") is None or i.get("after") is None:
             continue
         n += 1
-        harms += i["after"] > i["before"] + 0.05
+        harms += i["after"] > i["before"] + WORSE
         share = scores.gap_closed(i["before"], i["after"], i.get("oracle"))
         if share is not None and r["truth"]:
             gains.append((i["before"] - i["after"], i["before"] - i["oracle"], share))
@@ -108,7 +109,7 @@ def null_table(rows):
     groups += [(f"model error: {kind}", [r for r in rows if r["error_kind"] == kind]) for kind in sorted({r.get("error_kind") for r in rows} - {None})]
     for words, some in [*groups, ("all", rows)]:
         runs = [i for i in (r.get("improvement") or {} for r in some) if None not in (i.get("before"), i.get("after"))]
-        harms = sum(i["after"] > i["before"] + 0.05 for i in runs)
+        harms = sum(i["after"] > i["before"] + WORSE for i in runs)
         lines.append(f"| {words} | {len(some)} | {rate(sum(r['alarm'] for r in some), len(some))} | {rate(sum(r['verdict'] == 'undecided' for r in some), len(some))} "
                      f"| {rate(harms, len(runs))} |")
     return lines
@@ -177,7 +178,7 @@ def where_table(rows):
 
 
 def inclusion_table(rows):
-    """Stated probability of each effect that was considered, against whether it acts."""
+    """Stated probability of every effect and fault that there is (0 where a report does not list it), against whether it acts."""
     pairs = [{"probability": p, "right": acts} for r in rows for p, acts in r["inclusion"]]
     if not pairs:
         return ["No report has inclusion probabilities yet."]
@@ -222,8 +223,8 @@ def next_table(trials):
             for t in some:
                 after = t["right_after"]
                 if pick is None:
-                    if set(after) == set(t["menu"]):
-                        rows.append((t["right_before"], None, any(after.values())))
+                    if set(t["menu"]) <= set(after):
+                        rows.append((t["right_before"], None, any(after[m] for m in t["menu"])))
                 elif pick(t) in after:
                     rows.append((t["right_before"], t["promised"].get(pick(t)), after[pick(t)]))
             if rows:
@@ -243,7 +244,7 @@ def rely_lines(rows):
     runs = [i for i in (r.get("improvement") or {} for r in rows) if None not in (i.get("before"), i.get("after"))]
     some = lambda which, of: rate(sum(which(r) for r in of), len(of))
     lines = [f"Where nothing is missing, something is claimed in {some(lambda r: r['alarm'], nulls)} of the cases, and `undecided` said in {some(lambda r: r['verdict'] == 'undecided', nulls)}.",
-             f"A name that is given is the right one, or one of two right ones, in {some(lambda r: r['outcome'] in ('right', 'some of it'), named)}.",
+             f"Where something in the catalogue acts, a name that is given is the right one, or one of two right ones, in {some(lambda r: r['outcome'] in ('right', 'some of it'), named)}.",
              f"An effect that stands out (d' >= 12) is detected in {some(lambda r: r['detected'], strong)} and named first in {some(lambda r: r['first'], strong)}.",
              f"A weaker one (d' below 6) is detected in {some(lambda r: r['detected'], [r for r in single if (r['d_prime'] or 0.0) < 6.0])}: no answer there is no proof of absence.",
              f"Of two effects one is named first in {some(lambda r: r['first'], pairs)}, both and no other in {some(lambda r: r['both'], pairs)}.",

@@ -22,6 +22,7 @@ import law  # noqa: E402
 import model  # noqa: E402
 import physics  # noqa: E402
 import rungs  # noqa: E402
+import scores  # noqa: E402
 import sets  # noqa: E402
 
 PHI = statistics.NormalDist().cdf
@@ -266,18 +267,38 @@ class Blame(unittest.TestCase):
         self.assertAlmostEqual(reach, 8.0)
         self.assertAlmostEqual(ratio, 0.75)
         self.assertTrue(low < 0.6 and 0.9 < high, (low, high))
+        # Where all are right, the others may still not be.
+        one = blame.efficiency([self.case((1.0, 1.0, 1.0, 1.0), 1.0, 1.0, 1.0)], "detected")
+        self.assertAlmostEqual(one[3], scores.wilson(1, 1)[0])
 
     def test_rungs_of_the_tool_follow_from_its_report(self):
         key = {"names": ["steady-current", "rudder-offset"]}
         report = {"verdict": "mismatch", "chosen": ["steady-current"], "hypotheses": [{"name": "steady-current", "effects": ["steady-current"], "probability": 0.6},
                   {"name": "steady-current + rudder-offset", "effects": ["steady-current", "rudder-offset"], "probability": 0.3}]}
-        got = rungs.tool(key, report)
+        got = blame.said(key, report)
         self.assertEqual([got[r]["both"] for r in ("fitted", "ranked", "chosen")], [1.0, 0.0, 0.0])
         self.assertEqual([got[r]["first"] for r in ("fitted", "ranked", "chosen")], [1.0, 1.0, 1.0])
-        wrong = rungs.tool({"names": ["fouling"]}, report)
+        wrong = blame.said({"names": ["fouling"]}, report)
         self.assertEqual([wrong["fitted"]["first"], wrong["chosen"]["detected"]], [0.0, 0.0])
-        outside = rungs.tool({"names": ["ice-drag"]}, {"verdict": "mismatch", "chosen": ["unknown"], "hypotheses": []})
+        outside = blame.said({"names": ["ice-drag"]}, {"verdict": "mismatch", "chosen": ["unknown"], "hypotheses": []})
         self.assertEqual(outside["chosen"]["first"], 1.0)
+
+    def test_rungs_of_the_tool_count_as_the_page_does(self):
+        cases = {("a", "c"): 0.0, ("c", "unknown"): 0.0, ("unknown",): 1.0, ("a",): 1.0, (): 0.0}  # detected, where a acts; () is a mismatch without a name
+        for chosen, detected in cases.items():
+            report = {"verdict": "mismatch", "chosen": list(chosen), "hypotheses": []}
+            self.assertEqual(blame.said({"names": ["a"]}, report)["chosen"]["detected"], detected, chosen)
+            self.assertEqual(scores.outcome(report, ["a"]) in scores.DETECTED, bool(detected), chosen)
+        said = lambda *chosen: blame.said({"names": ["a", "b"]}, {"verdict": "mismatch", "chosen": list(chosen), "hypotheses": []})["chosen"]
+        self.assertEqual([said("a", "b")["both"], said("b", "a", "unknown")["both"], said("a", "b", "c")["both"]], [1.0, 1.0, 0.0])
+        self.assertEqual(said("unknown", "a")["first"], 1.0)
+        with_name = blame.said({"names": ["ice-drag"]}, {"verdict": "mismatch", "chosen": ["unknown", "tug"], "hypotheses": []})
+        self.assertEqual(with_name["chosen"]["detected"], 0.0)
+
+    def test_where_nothing_is_missing_a_name_is_an_alarm(self):
+        for report, alarm in (({"verdict": "mismatch", "chosen": ["tug"]}, 1.0), ({"verdict": "mismatch", "chosen": []}, 1.0), ({"verdict": "undecided", "chosen": []}, 0.0)):
+            got = blame.said({"names": []}, {**report, "hypotheses": []})["chosen"]
+            self.assertEqual([got["detected"], got["first"]], [alarm, 0.0], report)
 
     def test_sets_hold_no_coefficient_twice(self):
         terms = sets.slab_terms(np.ones((len(model.FACTORS), 3)), ["fouling", "thrust-loss"], -2.0)

@@ -26,6 +26,7 @@ import recording  # noqa: E402
 import scores  # noqa: E402
 import shards  # noqa: E402
 import tables  # noqa: E402
+import tool  # noqa: E402
 
 RUN = {"exit_code": 0, "wall_s": 1.0, "peak_kB": 1000}
 
@@ -91,8 +92,12 @@ class Rules(unittest.TestCase):
     def test_p_values_inclusion_and_ship_files(self):
         nulls = [{**judged([], chosen=[], verdict="no-mismatch"), "family": "null-noise", "p_value": p} for p in (0.004, 0.03, 0.6, 1.0)]
         self.assertEqual(scores.sizes_of_p(nulls, (0.01, 0.05, 0.5)), [(0.01, 1, 4), (0.05, 2, 4), (0.5, 2, 4)])
-        got = judged(["a"], chosen=["a"], inclusion={"a": 0.9, "b": 0.1, "coefficient:hull.N_r": 0.4})
-        self.assertEqual(got["inclusion"], [(0.9, True), (0.1, False)])
+        got = judged(["wake"], chosen=["wake"], inclusion={"wake": 0.9, "tug": 0.1, "coefficient:hull.N_r": 0.4})
+        self.assertEqual([x for x in got["inclusion"] if x[0] > 0.0], [(0.1, False), (0.9, True)])
+        # What a report does not list it states with 0, and counts where it acts.
+        unlisted = judged(["trim"], chosen=["wake"], inclusion={"wake": 0.9})
+        self.assertEqual(len(unlisted["inclusion"]), len(got["inclusion"]))
+        self.assertIn((0.0, True), unlisted["inclusion"])
         bad = {**judged([], chosen=["a"]), "family": "misstated", "ship_file": "off"}
         self.assertEqual(tables.nulls_of([*nulls, bad]), nulls)
         self.assertIn("| that misstate it, nothing missing | 1 | 1/1", "\n".join(tables.file_table([*nulls, bad])))
@@ -168,10 +173,73 @@ class Looks(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "looks.json"
             self.assertEqual(looks.next_family(file), 1)
-            looks.spend(1, "abc", 30, 100, file)
-            looks.spend(1, "abc", 100, 100, file)
+            looks.spend(1, "abc", "tool", 30, 100, file)
+            looks.spend(1, "abc", "tool", 100, 100, file)
             self.assertEqual(looks.next_family(file), 2)
             self.assertEqual([look["cases"] for look in looks.spent(file)], [100])
+            with self.assertRaisesRegex(ValueError, "family 1 .* is spent"):
+                looks.spend(1, "abc", "a later tool", 100, 100, file)
+
+
+class Parts(unittest.TestCase):
+    @staticmethod
+    def shard(out, name, **design):
+        (out / name).mkdir(parents=True)
+        (out / name / "design.json").write_text(json.dumps({"commit": "abc", "duration_s": 240.0, "shard": "/".join(name.split("-")[1::2]), **design}), encoding="utf-8")
+
+    def test_shards_of_one_set_are_taken_together_and_no_others(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder)
+            self.shard(out, "shard-1-of-3")
+            self.shard(out, "shard-2-of-3")
+            self.assertEqual([f.name for f in shards.folders(out)], ["shard-1-of-3", "shard-2-of-3"])
+            self.shard(out, "shard-3-of-3", commit="def", duration_s=60.0)
+            with self.assertRaisesRegex(ValueError, "differ in commit, duration_s"):
+                shards.folders(out)
+            (out / "shard-3-of-3" / "design.json").unlink()
+            self.shard(out, "shard-1-of-6")
+            with self.assertRaisesRegex(ValueError, "differ in shard"):
+                shards.folders(out)
+            (out / "keys.sha256").write_text("", encoding="utf-8")
+            with self.assertRaisesRegex(ValueError, "a set of its own beside shards"):
+                shards.folders(out)
+
+
+class Calls(unittest.TestCase):
+    """Of a program that ends as it is told to."""
+
+    def explained(self, folder, script, limit_s=60.0):
+        program = folder / "bin" / "gap-explain"
+        program.parent.mkdir(exist_ok=True)
+        program.write_text(f"#!/bin/bash\n{script}\n", encoding="utf-8")
+        program.chmod(0o755)
+        (folder / "ship.json").write_text("{}", encoding="utf-8")
+        return tool.explain(folder / "bin", folder / "ship.json", [], [], folder / "result", limit_s)
+
+    def test_a_call_that_somebody_else_ends_is_made_again(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            for signal, is_kept in (("INT", False), ("TERM", False), ("SEGV", True)):
+                script = f"kill -{signal} $$"
+                first, _ = self.explained(folder, script)
+                self.assertLess(first["exit_code"], 0)
+                self.assertEqual((folder / "result" / "run.json").exists(), is_kept, signal)
+                self.assertEqual(self.explained(folder, script)[1], not is_kept, signal)
+
+    def test_one_that_takes_too_long_has_failed(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            record, _ = self.explained(folder, "exec sleep 30", limit_s=0.3)
+            self.assertNotEqual(record["exit_code"], 0)
+            self.assertFalse(self.explained(folder, "exec sleep 30", limit_s=0.3)[1])
+
+    def test_half_a_record_is_none(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "result").mkdir()
+            (folder / "result" / "run.json").write_text('{"inputs_sha', encoding="utf-8")
+            self.assertTrue(self.explained(folder, "exit 3")[1])
+            self.assertEqual(tool.kept(folder / "result" / "run.json")["exit_code"], 3)
 
 
 class Sealed(unittest.TestCase):
@@ -195,12 +263,12 @@ class Sealed(unittest.TestCase):
         cls.folder.cleanup()
 
     def test_test_recordings_are_sealed_and_never_given(self):
-        tool = self.out / "bin" / "gap-explain"
-        tool.parent.mkdir()
-        tool.write_text('#!/bin/bash\nprintf "%s\\n" "$@" >>"$LOG"\nwhile [[ $1 != -o ]]; do shift; done\necho "{}" >"$2/report.json"\n', encoding="utf-8")
-        tool.chmod(0o755)
+        program = self.out / "bin" / "gap-explain"
+        program.parent.mkdir()
+        program.write_text('#!/bin/bash\nprintf "%s\\n" "$@" >>"$LOG"\nwhile [[ $1 != -o ]]; do shift; done\necho "{}" >"$2/report.json"\n', encoding="utf-8")
+        program.chmod(0o755)
         log = self.out / "log"
-        subprocess.run([PROOF / "run", "--bin", tool.parent, "--jobs", "1", self.out], env={**os.environ, "LOG": str(log)}, capture_output=True, check=True)
+        subprocess.run([PROOF / "run", "--bin", program.parent, "--jobs", "1", self.out], env={**os.environ, "LOG": str(log)}, capture_output=True, check=True)
         given = log.read_text(encoding="utf-8").splitlines()
         self.assertEqual(sum(f.endswith(".csv") for f in given), self.case["trains"] + 1)
         self.assertFalse([f for f in given if "test-" in f or "/keys" in f])
@@ -209,6 +277,12 @@ class Sealed(unittest.TestCase):
         self.assertEqual(len(sealed), campaign.TESTS)
         for file in sealed:  # the key, which is sealed, has their hash
             self.assertEqual(self.key["noise_free"][file.name], hashlib.sha256(file.read_bytes()).hexdigest())
+        self.assertEqual(campaign.broken_seals(self.out / "keys"), [])
+        for file in (sealed[0], sealed[0].with_name("track.npz")):
+            as_sealed = file.read_bytes()
+            file.write_bytes(as_sealed + b" ")
+            self.assertEqual(campaign.broken_seals(self.out / "keys"), [f"{self.key['id']}/{file.name}"])
+            file.write_bytes(as_sealed)
 
     def test_the_key_says_where_the_effect_acts(self):
         truth = self.key["truth"]["rudder-offset"]
