@@ -80,7 +80,6 @@ class Selector {
  private:
   void fit_all() {
     likeliest_ = 0;
-    selection_.unexcited.clear();
     if (is_searched_) {
       fit_names();
       fit_terms();
@@ -166,6 +165,7 @@ class Selector {
 
   void fit_singles() {
     pairs_.clear();
+    selection_.unexcited.clear();
     singles_ = comparison_.expected_gains(0, &selection_.unexcited, is_searched_ ? &pairs_ : nullptr);
     const std::size_t most =
         std::min(singles_.size(), is_searched_ ? options_.refitted : kPolicy.compare.always_refitted);

@@ -361,6 +361,7 @@ struct ReportPolicy {
   double least_evidence = 3.0;  ///< [nats] below which the summary says nothing of a frame or a module | origin: choice
   double beyond_hull_L = 0.5;  ///< [L_pp] from midship: a line of action farther off is called a turning moment | origin: theory, the hull ends there
   double shifted_sd = 2.0;  ///< [sd] as stated, and as fitted, by which a coefficient must be off to be listed | origin: choice, 5 %
+  std::size_t most_recordings = 4;  ///< [recordings] whose own values of an effect are told in a sentence | origin: choice
   std::size_t most_findings = 2;  ///< [findings] of the ship file that the headline tells | origin: choice
   double least_share = 0.005;  ///< [-] of what is missing: less is not worth a word | origin: choice
   double told_as_times = 2.0;  ///< [-] of errors: from here on "3 times", below in per cent | origin: choice

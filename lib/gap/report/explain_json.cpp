@@ -211,15 +211,18 @@ Json next_of(const Explanation& explanation) {
             {"time_s", number(limits.time_s.value_or(kMissing))}}}};
 }
 
+// What was not fitted is a hypothesis with one effect more: there acts what acts in it.
 Json inclusion_of(const Explanation& explanation) {
   std::map<std::string, double> inclusion;
+  double fitted = 0.0;
+  for (const Explained& hypothesis : explanation.hypotheses) fitted += hypothesis.probability;
   for (const Explained& hypothesis : explanation.hypotheses)
     for (const std::string& name : std::set<std::string>(hypothesis.effects.begin(), hypothesis.effects.end()))
       inclusion[name] += hypothesis.probability;
   for (const auto& [name, probability] : explanation.coefficients_off)
     if (probability > kPolicy.show.possible) inclusion["coefficient:" + name] = probability;
   Json result = Json::object();
-  for (const auto& [name, probability] : inclusion) result[name] = number(std::min(probability, 1.0));
+  for (const auto& [name, probability] : inclusion) result[name] = number(std::min(probability / fitted, 1.0));
   return result;
 }
 

@@ -110,9 +110,13 @@ std::string advice_on(const std::vector<std::string>& named, const Explanation& 
   if (outside.size() == named.size() && is_once)
     return "the ship file can stay: what acted came from outside. Leave that time out, or find out what it was" +
            to_record(outside);
+  const bool differs = differ_by_recording(outside, explanation);
   if (outside.size() == named.size())
     return fmt::format("the ship file can stay: what acted came from outside{}{}",
-                       explanation.effects.empty() ? "" : ", and ship.json has it for such conditions",
+                       explanation.effects.empty() ? ""
+                       : differs
+                           ? ", and was another one each time: ship-RECORDING.json have it, and ship.json the mean"
+                           : ", and ship.json has it for such conditions",
                        to_record(outside));
   if (outside.empty()) return "use ship.json as long as the ship is so; with the cause mended, the ship file";
   return "use ship.json as long as the ship is so and where the same comes from outside: it has both. With the cause "
@@ -154,7 +158,7 @@ std::string advice(const Explanation& explanation) {
   const bool is_better = !fall_of_errors(explanation.heldout).empty();
   if (is_unknown)
     return fmt::format(
-        "{}, and do not trust it where this acts: report.html shows when and with what it goes. Record "
+        "{}, and do not trust it where this acts. Record "
         "the same maneuvers again, and look there for what the catalogue does not hold",
         changes_ship(explanation) && is_better ? "use ship.json, which errs less, in place of the ship "
                                                  "file"

@@ -224,12 +224,21 @@ void add_ship_file(Screen& screen, const Explanation& explanation) {
         3);
 }
 
-// Where a parameter differs between recordings, its mean stands for it.
-bool is_shown(const ExplainedParameter& p, const Explained& what) {
-  return p.recording.empty() ||
-         std::none_of(what.parameters.begin(), what.parameters.end(), [&](const ExplainedParameter& other) {
-           return other.recording.empty() && other.effect == p.effect && other.name == p.name;
-         });
+// "0.91 +- 0.05 (0.81 to 1.01 with 95 %)"; where it differs between recordings, of each of them in one line. Empty for
+// what another one tells: the mean of those, or a further one.
+std::string value_of(const ExplainedParameter& p, const Explained& what) {
+  const auto told = [](const ExplainedParameter& one) {
+    return fmt::format("{} ({} with 95 %){}", with_sd(one.estimate, one.sd), between(one.low, one.high),
+                       one.is_at_bound ? ": at the bound of what is possible" : "");
+  };
+  std::vector<const ExplainedParameter*> differing;
+  for (const ExplainedParameter& other : what.parameters)
+    if (!other.recording.empty() && other.effect == p.effect && other.name == p.name) differing.push_back(&other);
+  if (differing.empty()) return told(p);
+  if (differing.front() != &p) return "";
+  std::vector<std::string> values;
+  for (const ExplainedParameter* one : differing) values.push_back(told(*one) + " in " + one->recording);
+  return fmt::format("{}", fmt::join(values, "; "));
 }
 
 void add_answer(Screen& screen, const Explanation& explanation, const Explained* what) {
@@ -239,11 +248,8 @@ void add_answer(Screen& screen, const Explanation& explanation, const Explained*
                             what->converged ? "" : "; its fit has not converged"),
                 6);
     for (const ExplainedParameter& p : what->parameters)
-      if (is_shown(p, *what))
-        screen.item("",
-                    fmt::format("{} = {} ({} with 95 %){}", p.name, with_sd(p.estimate, p.sd), between(p.low, p.high),
-                                p.is_at_bound ? ": at the bound of what is possible" : ""),
-                    1);
+      if (const std::string value = value_of(p, *what); !value.empty())
+        screen.item("", fmt::format("{} = {}", p.name, value), 4);
     if (!what->confusable_with.empty())
       screen.item("Confusable",
                   fmt::format("{}; what would distinguish them: {}", fmt::join(what->confusable_with, ", "),

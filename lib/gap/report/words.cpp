@@ -15,6 +15,13 @@
 
 namespace leeway::gap {
 
+bool differ_by_recording(const std::vector<std::string>& effects, const Explanation& explanation) {
+  const Explained* what = chosen_of(explanation);
+  return what != nullptr && std::ranges::any_of(effects, [&](const std::string& name) {
+           return recordings_with(name, what->parameters).size() > 1;
+         });
+}
+
 const Explained* chosen_of(const Explanation& explanation) {
   for (const Explained& hypothesis : explanation.hypotheses)
     if (hypothesis.is_chosen) return &hypothesis;
@@ -108,9 +115,9 @@ std::string physics_of(const Explanation& explanation) {
   }
   const std::vector<std::string> clauses = clauses_of(explanation);
   if (clauses.empty()) return "Something acts that the catalogue does not hold" + kind_of_unknown(explanation);
+  const bool are_many = clauses.size() > 1 || differ_by_recording(explanation.chosen, explanation);
   return fmt::format(
-      "{} explain{} the difference{}", capitalized(fmt::format("{}", fmt::join(clauses, " and "))),
-      clauses.size() > 1 ? "" : "s",
+      "{} explain{} the difference{}", capitalized(fmt::format("{}", fmt::join(clauses, " and "))), are_many ? "" : "s",
       has_terms(explanation.chosen) ? " in part; the rest is not in the catalogue" + kind_of_unknown(explanation) : "");
 }
 

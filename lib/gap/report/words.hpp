@@ -14,6 +14,9 @@ std::string_view word(Verdict verdict);
 
 /// The hypothesis that is claimed; nullptr: none.
 const Explained* chosen_of(const Explanation& explanation);
+
+/// Whether one of these effects has other values in each recording.
+bool differ_by_recording(const std::vector<std::string>& effects, const Explanation& explanation);
 /// On what depends what the catalogue does not hold; null where that is not claimed.
 const LatentForce* unknown_kind(const Explanation& explanation);
 

@@ -25,6 +25,7 @@ std::string unit_of(std::string_view name) {
       {"rad", "rad"}, {"radps", "rad/s"}, {"rps", "1/s"}, {"kn", "kn"},      {"1ps", "1/s"}, {"degps2", "deg/s^2"},
       {"N", "N"},     {"Nm", "N m"},      {"npm", "N/m"}, {"pa", "Pa"},      {"spm", "s/m"},
   };
+  if (name == "C_N" || name == "c_N") return "1";  // coefficients of a moment
   const std::size_t underscore = name.rfind('_');
   if (underscore != std::string_view::npos)
     for (const auto& [suffix, unit] : kUnits)

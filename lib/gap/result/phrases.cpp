@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "effects/description.hpp"
+#include "gap/policy/policy.hpp"
 #include "gap/result/numbers.hpp"
 
 namespace leeway::gap {
@@ -61,7 +62,32 @@ class Filled {
   const std::vector<ExplainedParameter>& parameters_;
 };
 
+// Of each recording by itself, where an effect is another one in each.
+std::string phrase_by_recording(const std::string& effect, const std::vector<ExplainedParameter>& parameters,
+                                const std::vector<std::string>& recordings) {
+  constexpr std::size_t kMostNamed = kPolicy.report.most_recordings;
+  std::vector<std::string> parts;
+  for (const std::string& name : recordings) {
+    if (parts.size() == kMostNamed) break;
+    std::vector<ExplainedParameter> there;
+    for (const ExplainedParameter& p : parameters)
+      if (p.effect == effect && p.recording == name) there.push_back(p), there.back().recording.clear();
+    parts.push_back(fmt::format("{} in {}", phrase(effect, there), name));
+  }
+  if (recordings.size() > kMostNamed)
+    parts.push_back(fmt::format("others in {} more recordings", recordings.size() - kMostNamed));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 }  // namespace
+
+std::vector<std::string> recordings_with(const std::string& effect, const std::vector<ExplainedParameter>& parameters) {
+  std::vector<std::string> result;
+  for (const ExplainedParameter& p : parameters)
+    if (p.effect == effect && !p.recording.empty() && std::ranges::find(result, p.recording) == result.end())
+      result.push_back(p.recording);
+  return result;
+}
 
 std::string capitalized(std::string text) {
   if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
@@ -70,6 +96,8 @@ std::string capitalized(std::string text) {
 
 std::string phrase(const std::string& effect, const std::vector<ExplainedParameter>& parameters) {
   if (!find_effect(effect)) return effect;
+  if (const auto recordings = recordings_with(effect, parameters); !recordings.empty())
+    return phrase_by_recording(effect, parameters, recordings);
   const EffectDescription& described = effect_named(effect);
   std::string_view rest = described.info.phrase;
   std::string lead;
@@ -92,7 +120,8 @@ std::string phrase(const std::string& effect, const std::vector<ExplainedParamet
 std::string sentence_of(const std::string& effect, const std::vector<ExplainedParameter>& parameters) {
   const EffectInfo& info = effect_named(effect).info;
   if (search_start(effect) == SearchStart::terms) return std::string(info.sentence);
-  const std::string what = capitalized(phrase(effect, parameters));
+  const std::string said = phrase(effect, parameters), what = capitalized(said);
+  if (said == effect) return std::string(info.sentence);  // it is as good as off
   if (info.or_coefficient.empty()) return fmt::format("{}. {}", what, info.sentence);
   const std::string_view cause = what.find(" less ") != std::string::npos   ? info.cause_of_less
                                  : what.find(" more ") != std::string::npos ? info.cause_of_more

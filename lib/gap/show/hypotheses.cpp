@@ -50,16 +50,23 @@ class ParametersOf {
     const auto times = static_cast<Eigen::Index>(span.effects);
     const Eigen::MatrixXd average =
         Eigen::MatrixXd::Identity(n, n).replicate(1, times) / static_cast<double>(span.effects);
-    add(effect, "", average * mean, average * covariance * average.transpose());
-    for (Eigen::Index i = 0; i < times; ++i)
-      add(effect,
-          campaign_.recordings[*fitted_.hypothesis.effects[span.effect + static_cast<std::size_t>(i)].recording()].name,
-          mean.segment(i * n, n), covariance.block(i * n, i * n, n, n));
+    add_values(effect, "", average * mean, average * covariance * average.transpose());
+    for (Eigen::Index i = 0; i < times; ++i) {
+      const FreeEffect& there = fitted_.hypothesis.effects[span.effect + static_cast<std::size_t>(i)];
+      add(there, campaign_.recordings[*there.recording()].name, mean.segment(i * n, n),
+          covariance.block(i * n, i * n, n, n));
+    }
   }
 
  private:
   void add(const FreeEffect& effect, const std::string& recording, const Eigen::VectorXd& at,
            const Eigen::MatrixXd& spread) const {
+    add_values(effect, recording, at, spread);
+    add_times(effect, recording, at);
+  }
+
+  void add_values(const FreeEffect& effect, const std::string& recording, const Eigen::VectorXd& at,
+                  const Eigen::MatrixXd& spread) const {
     // What was believed before any recording was seen.
     const Eigen::Index n = effect.size();
     const std::vector<FreeEffect::Parameter> before =
@@ -84,7 +91,6 @@ class ParametersOf {
       }
       result_.parameters.push_back(one);
     }
-    add_times(effect, recording, at);
   }
 
   // When it begins and ends, which is known to the filter's time step: a block of the search, or an interval.
@@ -298,15 +304,20 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
     hypothesis.probability *= hypothesis.effects.empty() || hypothesis.effects == beside
                                   ? left * odds_of_nothing / (1.0 + odds_of_nothing)
                                   : kPolicy.show.other_form / named;
+  const auto without = std::ranges::find(explanation.hypotheses, beside, &Explained::effects);
   Explained unknown;
+  if (without != explanation.hypotheses.end()) {
+    unknown.parameters = without->parameters;
+    unknown.said = without->said;
+  }
   unknown.effects = beside;
   unknown.effects.push_back(name_of_terms());
   unknown.name = fmt::format("{}", fmt::join(unknown.effects, " + "));
   unknown.log_evidence = unknown.heldout_gain = unknown.heldout_gain_sd = kMissing;  // nothing was fitted
   unknown.converged = true;
   unknown.probability = left / (1.0 + odds_of_nothing);
-  unknown.said = {{name_of_terms(), "Something acts that the catalogue does not hold.",
-                   "the maneuvers in which what is left is largest"}};
+  unknown.said.push_back({name_of_terms(), "Something acts that the catalogue does not hold.",
+                          "the maneuvers in which what is left is largest"});
   // Terms for it may have been fitted that are not claimed: they are in this one.
   for (const Explained& one : explanation.hypotheses)
     if (one.effects == unknown.effects) unknown.probability += one.probability;
@@ -389,7 +400,7 @@ void sort_hypotheses(Explanation& explanation) {
   for (Explained& hypothesis : explanation.hypotheses) {
     std::vector<std::string> sentences, maneuvers;
     for (const Said& said : hypothesis.said) {
-      sentences.push_back(said.sentence);
+      sentences.push_back(capitalized(said.sentence) + (said.sentence.ends_with('.') ? "" : "."));
       if (!said.separating_maneuver.empty()) maneuvers.push_back(said.separating_maneuver);
     }
     hypothesis.sentence = sentences.empty() ? "Nothing is missing." : fmt::format("{}", fmt::join(sentences, " "));

@@ -183,7 +183,8 @@ std::string sentence_of(const FittedCoefficient& c, bool is_stated) {
                      known, percent(c.stated_sd));
 }
 
-void add_findings(const CalibratedModule& module, ShipFile& file, std::vector<std::string>& told) {
+//   has_named  whether coefficients of the module are told by name
+void add_findings(const CalibratedModule& module, bool has_named, ShipFile& file, std::vector<std::string>& told) {
   std::size_t count = 0;
   for (const ModuleChange& change : module.changes) {
     if (!change.by.is_off() || count == kPolicy.show.most_changes) continue;
@@ -199,11 +200,12 @@ void add_findings(const CalibratedModule& module, ShipFile& file, std::vector<st
     ++count;
   }
   if (count == 0) {
-    file.findings.push_back({module.name,
-                             {kMissing, kMissing, kMissing},
-                             kMissing,
-                             module.gain,
-                             fmt::format("coefficients of the {}, none of them by itself", module.name)});
+    file.findings.push_back(
+        {module.name,
+         {kMissing, kMissing, kMissing},
+         kMissing,
+         module.gain,
+         fmt::format("{}coefficients of the {}, none of them by itself", has_named ? "other " : "", module.name)});
     told.push_back(file.findings.back().sentence);
   }
 }
@@ -216,10 +218,15 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
   judge.judge(file);
   const bool is_stated = !answered.ship.uncertainty.empty() || answered.ship.coefficient_covariance.has_value();
   std::vector<std::string> told;
+  const std::vector<FittedCoefficient> coefficients = judge.fitted_coefficients();
   // Of a calibration the coefficients are told as they were fitted together.
   if (!explanation.calibration)
-    for (const CalibratedModule& module : file.off) add_findings(module, file, told);
-  for (const FittedCoefficient& c : judge.fitted_coefficients()) {
+    for (const CalibratedModule& module : file.off)
+      add_findings(module,
+                   std::ranges::any_of(coefficients,
+                                       [&](const auto& c) { return is_off(c) && is_of_module(c.name, module.name); }),
+                   file, told);
+  for (const FittedCoefficient& c : coefficients) {
     if (!is_off(c)) continue;
     const auto of = std::find_if(file.modules.begin(), file.modules.end(),
                                  [&](const CalibratedModule& m) { return is_of_module(c.name, m.name); });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <catch2/catch.hpp>
@@ -31,6 +32,25 @@ TEST_CASE("phrases: an effect is told with its numbers, rounded to their errors"
   CHECK(gap::phrase("tug", {parameter("tug", "force_N", 5.04, 0.4), parameter("tug", "direction_deg", 101.0, 5.0),
                             parameter("tug", "t_start_s", 60.2, 1.1), parameter("tug", "t_end_s", 110.0, 1.0)}) ==
         "a tow force (5.0 N towards 101 deg clockwise from the bow, from 60.2 s to 110 s)");
+}
+
+TEST_CASE("phrases: what differs between recordings is told of each of them, not by its mean", "[gap][result]") {
+  std::vector<gap::ExplainedParameter> wind{parameter("unmeasured-wind", "wind_speed_mps", 0.2, 0.1),
+                                            parameter("unmeasured-wind", "wind_dir_deg", 302.0, 8.0)};
+  for (const auto& [recording, speed, from] : {std::tuple("monday", 0.8, 20.0), std::tuple("friday", 1.2, 200.0)}) {
+    wind.push_back(parameter("unmeasured-wind", "wind_speed_mps", speed, 0.1));
+    wind.push_back(parameter("unmeasured-wind", "wind_dir_deg", from, 6.0));
+    for (std::size_t i = wind.size() - 2; i < wind.size(); ++i) wind[i].recording = recording;
+  }
+  CHECK(gap::phrase("unmeasured-wind", wind) ==
+        "an unrecorded wind of 0.80 m/s from 20 deg in monday, an unrecorded wind of 1.20 m/s from 200 deg in friday");
+  CHECK(gap::recordings_with("unmeasured-wind", wind) == std::vector<std::string>{"monday", "friday"});
+  CHECK(gap::recordings_with("tug", wind).empty());
+}
+
+TEST_CASE("phrases: an effect that is as good as off says what it is, not that it is more or less", "[gap][result]") {
+  CHECK(gap::sentence_of("rudder-effectiveness", {parameter("rudder-effectiveness", "k_R", 0.99, 0.2)}) ==
+        effect_named("rudder-effectiveness").info.sentence);
 }
 
 TEST_CASE("phrases: words follow the sign", "[gap][result]") {
@@ -82,6 +102,12 @@ TEST_CASE("phrases: every effect of the catalogue has one, and its braces name p
     }
   }
   CHECK(gap::phrase("no such effect", {}) == "no such effect");
+}
+
+TEST_CASE("numbers: units that names carry; coefficients have none", "[gap][result]") {
+  CHECK(gap::unit_of("rate_bias_degps") == "deg/s");
+  CHECK(gap::unit_of("force_N") == "N");
+  for (const char* name : {"C_N", "c_N", "k_R"}) CHECK(gap::unit_of(name) == "1");
 }
 
 TEST_CASE("numbers: rounded to an error, also to tens", "[gap][result]") {
