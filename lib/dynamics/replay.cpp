@@ -27,7 +27,8 @@ void hold_last(std::vector<double>& values) {
 const std::vector<double>& require(const Trajectory& recording, Channel channel, const Ship& ship) {
   if (!recording.has(channel))
     throw InputError(recording.file, 1, "",
-                     fmt::format("no column '{}', which the ship '{}' needs", column_name(channel), ship.name));
+                     fmt::format("no column '{}', which the ship '{}' needs; found actuators: {}", column_name(channel),
+                                 ship.name, found_actuators(recording)));
   return recording[channel];
 }
 

@@ -127,8 +127,8 @@ void append_sample(Trajectory& trajectory, const Ship& ship, double t_s, const S
 }
 
 void TimeGrid::check() const {
-  whole_ratio(sample_s, dt_s, "the sampling time", "the time step");
-  whole_ratio(duration_s, sample_s, "the duration", "the sampling time");
+  whole_ratio(sample_s, dt_s, "the sampling time (--sample-s)", "the time step (--dt-s)");
+  whole_ratio(duration_s, sample_s, "the duration", "the sampling time (--sample-s)");
 }
 
 std::size_t TimeGrid::steps_per_sample() const { return static_cast<std::size_t>(std::llround(sample_s / dt_s)); }

@@ -72,6 +72,8 @@ ResultFolder::ResultFolder(const std::string& folder, const std::string& index, 
       unfinished_(index_ + kUnfinished),
       planned_(parts.begin(), parts.end()),
       generation_(generation.empty() ? "" : sha256(generation)) {
+  if (folder == "-")
+    throw UsageError("expected a folder for the results, found '-': several files have no standard output");
   // The index names its parts in JSON.
   for (const std::string& name : parts) try {
       static_cast<void>(Json(name).dump());

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/statistics.hpp"
 #include "core/units.hpp"
@@ -25,6 +26,13 @@ std::string si_name(Channel channel) {
     default:
       return column_name(channel);
   }
+}
+
+std::string found_actuators(const Trajectory& trajectory) {
+  std::vector<std::string> found;
+  for (const Channel channel : kActuatorChannels)
+    if (trajectory.has(channel)) found.push_back(column_name(channel));
+  return found.empty() ? "none" : fmt::format("{}", fmt::join(found, ", "));
 }
 
 double sampling_time_s(const Trajectory& trajectory) {

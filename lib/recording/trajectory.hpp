@@ -131,6 +131,9 @@ struct Trajectory {
   }
 };
 
+/// Names of the actuators' columns that it has, "delta_deg, n_p_rps", or "none".
+std::string found_actuators(const Trajectory& trajectory);
+
 /// The usual time between two samples: the median; 0 for fewer than two.
 double sampling_time_s(const Trajectory& trajectory);
 

@@ -57,6 +57,14 @@ TEST_CASE("gap-explain: options that do not go together are a wrong command line
   }
 }
 
+TEST_CASE("gap-explain: its results are no standard output", "[cli][gap]") {
+  const test::TemporaryFolder folder;
+  REQUIRE(run(folder, "mmg-sim zigzag --ship esso-osaka-3m --quiet -o z.csv").exit_code == 0);
+  const auto outcome = run(folder, "gap-explain --ship esso-osaka-3m z.csv -o -");
+  CHECK(outcome.exit_code == 2);
+  CHECK_THAT(outcome.err, Contains("expected a folder for the results, found '-'"));
+}
+
 TEST_CASE("gap-explain: a calibration writes a ship that other tools draw from", "[cli][gap][long]") {
   const test::TemporaryFolder folder;
   REQUIRE(run(folder,

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "core/errors.hpp"
 #include "core/wind.hpp"
@@ -62,12 +61,9 @@ EnsembleSimulator::EnsembleSimulator(ensemble::Ensemble ensemble, std::string na
 void EnsembleSimulator::check(const Trajectory& recording) const {
   const ensemble::ModelInputs& inputs = ensemble_.header().inputs;
   const auto refuse = [&](const std::string& column) {
-    std::vector<std::string> found;
-    for (const Channel channel : kActuatorChannels)
-      if (recording.has(channel)) found.push_back(column_name(channel));
     return InputError(recording.file, 1, "",
                       fmt::format("no column '{}', which the ensemble '{}' was trained with; found actuators: {}",
-                                  column, name_, found.empty() ? "none" : fmt::format("{}", fmt::join(found, ", "))));
+                                  column, name_, found_actuators(recording)));
   };
   for (const Channel channel : inputs.sampled_actuators())
     if (!recording.has(channel)) throw refuse(column_name(channel));
