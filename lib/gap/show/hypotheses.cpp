@@ -400,7 +400,7 @@ void sort_hypotheses(Explanation& explanation) {
   for (Explained& hypothesis : explanation.hypotheses) {
     std::vector<std::string> sentences, maneuvers;
     for (const Said& said : hypothesis.said) {
-      sentences.push_back(capitalized(said.sentence) + (said.sentence.ends_with('.') ? "" : "."));
+      sentences.push_back(said.sentence + (said.sentence.ends_with('.') ? "" : "."));
       if (!said.separating_maneuver.empty()) maneuvers.push_back(said.separating_maneuver);
     }
     hypothesis.sentence = sentences.empty() ? "Nothing is missing." : fmt::format("{}", fmt::join(sentences, " "));
