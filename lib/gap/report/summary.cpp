@@ -237,6 +237,7 @@ std::string value_of(const ExplainedParameter& p, const Explained& what) {
   if (differing.empty()) return told(p);
   if (differing.front() != &p) return "";
   std::vector<std::string> values;
+  values.reserve(differing.size());
   for (const ExplainedParameter* one : differing) values.push_back(told(*one) + " in " + one->recording);
   return fmt::format("{}", fmt::join(values, "; "));
 }
