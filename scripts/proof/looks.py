@@ -9,6 +9,10 @@ import pathlib
 FILE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "proof-looks.json"
 
 
+class Spent(ValueError):
+    """A seed family was looked at with another tool."""
+
+
 def spent(file=FILE):
     return json.loads(file.read_text(encoding="utf-8")) if file.exists() else []
 
@@ -19,10 +23,10 @@ def next_family(file=FILE):
 
 
 def spend(family, commit, tool, cases, of, file=FILE):
-    """Notes a look. One that sees more cases of the same family, by the same tool (SHA-256), replaces that before; ValueError for another one."""
+    """Notes a look. One that sees more cases of the same family, by the same tool (SHA-256), replaces that before; Spent for another one."""
     for look in spent(file):
         if look["family"] == family and (look["commit"], look.get("tool")) != (commit, tool):
-            raise ValueError(f"seed family {family} was looked at before, with the tool of {look['commit'][:12]}: it is spent")
+            raise Spent(f"seed family {family} was looked at before, with the tool of {look['commit'][:12]}: it is spent")
     rest = [look for look in spent(file) if (look["family"], look["commit"]) != (family, commit)]
     looks = sorted([*rest, {"family": family, "commit": commit, "tool": tool, "cases": cases, "of": of}], key=lambda look: (look["family"], look["commit"]))
     file.write_text(json.dumps(looks, indent=1) + "\n", encoding="utf-8")

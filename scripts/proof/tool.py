@@ -63,8 +63,8 @@ def explain(binaries, ship, trains, held, result, limit_s, options=()):
         time.sleep(0.1)
     reader.join()
     process.stderr.close()
-    record = {"inputs_sha256": hashed, "tool_sha256": hash_of([binaries / "gap-explain"]), "exit_code": process.returncode, "wall_s": round(time.monotonic() - start, 2), "peak_kB": peak,
-              "stderr": said[0][-2000:]}
+    record = {"inputs_sha256": hashed, "tool_sha256": hash_of([binaries / "gap-explain"]), "exit_code": process.returncode,
+              "wall_s": round(time.monotonic() - start, 2), "peak_kB": peak, "stderr": said[0][-2000:]}
     if is_late or process.returncode not in ENDED_BY_OTHERS:
         write(mark, record)
     return record, True

@@ -177,7 +177,7 @@ class Looks(unittest.TestCase):
             looks.spend(1, "abc", "tool", 100, 100, file)
             self.assertEqual(looks.next_family(file), 2)
             self.assertEqual([look["cases"] for look in looks.spent(file)], [100])
-            with self.assertRaisesRegex(ValueError, "family 1 .* is spent"):
+            with self.assertRaisesRegex(looks.Spent, "family 1 .* is spent"):
                 looks.spend(1, "abc", "a later tool", 100, 100, file)
 
 

@@ -65,17 +65,16 @@ class Filled {
 // Of each recording by itself, where an effect is another one in each.
 std::string phrase_by_recording(const std::string& effect, const std::vector<ExplainedParameter>& parameters,
                                 const std::vector<std::string>& recordings) {
-  constexpr std::size_t kMostNamed = kPolicy.report.most_recordings;
+  const std::size_t most = kPolicy.report.most_recordings;
   std::vector<std::string> parts;
   for (const std::string& name : recordings) {
-    if (parts.size() == kMostNamed) break;
+    if (parts.size() == most) break;
     std::vector<ExplainedParameter> there;
     for (const ExplainedParameter& p : parameters)
       if (p.effect == effect && p.recording == name) there.push_back(p), there.back().recording.clear();
     parts.push_back(fmt::format("{} in {}", phrase(effect, there), name));
   }
-  if (recordings.size() > kMostNamed)
-    parts.push_back(fmt::format("others in {} more recordings", recordings.size() - kMostNamed));
+  if (recordings.size() > most) parts.push_back(fmt::format("others in {} more recordings", recordings.size() - most));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
