@@ -92,7 +92,8 @@ class AuditStages {
     return fit;
   }
 
-  // A first choice can be a mixture of two faults: each member has to hold its place against all others.
+  // A first choice can be a mixture of two faults: each member has to hold its place against all others, and what is
+  // left of two that hid each other has to be found alone.
   FaultFit reconsidered(FaultFit fit) const {
     for (int round = 0; round < kPolicy.sensors.reconsidered_rounds; ++round)
       if (!replace_one(fit)) break;
@@ -147,7 +148,7 @@ class AuditStages {
 
   // Drops or replaces the first member that does not hold its place; false where all do.
   bool replace_one(FaultFit& fit) const {
-    for (std::size_t m = 0; m < fit.members.size() && fit.members.size() > 1; ++m) {
+    for (std::size_t m = 0; m < fit.members.size(); ++m) {
       const FaultFit base = fitter_.without(fit, m);
       const std::vector<FaultFit> tried = search_.tried(base);
       const std::vector<double> p = search_.p_values(base, tried, 1000 + m);

@@ -269,28 +269,51 @@ SensorFaults FaultFitter::faults_of(const FaultFit& fit) const {
   return faults;
 }
 
+// The mean slope of the residuals along one number of a fit, between two of its values.
+VectorXd FaultFitter::chord(const FaultFit& fit, Index column, const std::vector<FaultParameter>& number, double from,
+                            double to) const {
+  bool in_track = false, in_heading = false;
+  for (const FaultParameter parameter : number) {
+    in_track = in_track || info(parameter).in_track;
+    in_heading = in_heading || info(parameter).in_heading;
+  }
+  FaultFit moved;
+  moved.members = fit.members;
+  moved.numbers = fit.numbers;
+  const auto at = [&](double value) {
+    moved.numbers(column) = value;
+    const SensorFaults faults = faults_of(moved);
+    VectorXd residuals = fit.residuals;
+    if (in_track) windows_.update(Kinematics::track, faults, residuals);
+    if (in_heading) windows_.update(Kinematics::heading, faults, residuals);
+    return residuals;
+  };
+  return (at(to) - (from == fit.numbers(column) ? fit.residuals : at(from))) / (to - from);
+}
+
 MatrixXd FaultFitter::sensitivities(const FaultFit& fit) const {
-  MatrixXd result = MatrixXd::Zero(windows_.rows(), fit.numbers.size());
+  MatrixXd result(windows_.rows(), fit.numbers.size());
   Index column = 0;
   for (const std::size_t member : fit.members)
     for (const std::vector<FaultParameter>& number : fault_library()[member].numbers) {
+      const double value = fit.numbers(column);
       const double step = kPolicy.sensors.difference_prior_sd * info(number[0]).prior_sd;
-      FaultFit moved;
-      moved.members = fit.members;
-      moved.numbers = fit.numbers;
-      moved.numbers(column) += step;
-      const SensorFaults faults = faults_of(moved);
-      VectorXd residuals = fit.residuals;
-      bool in_track = false, in_heading = false;
-      for (const FaultParameter parameter : number) {
-        in_track = in_track || info(parameter).in_track;
-        in_heading = in_heading || info(parameter).in_heading;
-      }
-      if (in_track) windows_.update(Kinematics::track, faults, residuals);
-      if (in_heading) windows_.update(Kinematics::heading, faults, residuals);
-      result.col(column) = (residuals - fit.residuals) / step;
+      result.col(column) = chord(fit, column, number, value, value + step);
       ++column;
     }
+  return result;
+}
+
+MatrixXd FaultFitter::actions_of_last(const FaultFit& fit) const {
+  const std::vector<std::vector<FaultParameter>>& numbers = fault_library()[fit.members.back()].numbers;
+  MatrixXd result = fit.sensitivities.rightCols(static_cast<Index>(numbers.size()));
+  for (Index i = 0; i < result.cols(); ++i) {
+    const std::vector<FaultParameter>& number = numbers[static_cast<std::size_t>(i)];
+    const Index column = fit.numbers.size() - result.cols() + i;
+    const double value = fit.numbers(column);
+    if (info(number[0]).quantity == Quantity::time && value != 0.0)
+      result.col(i) = chord(fit, column, number, -value, value);
+  }
   return result;
 }
 
@@ -343,9 +366,19 @@ FaultFit FaultFitter::fitted(FaultFit fit) const {
   return fit;
 }
 
+// What a factor of a sensor that is undone makes of the noise of its channel, in each row: where that is all the noise
+// there is, residuals shrink by as much, and a likelihood of residuals has to pay for it. (Where the noise is of
+// positions, a factor above 1 shrinks nothing; the dearer of both counts.)
+std::array<double, 2> FaultFitter::log_shrinking(const FaultFit& fit) const {
+  const SensorFaults faults = faults_of(fit);
+  const auto of = [&](FaultParameter factor) { return std::log1p(std::max(0.0, faults[factor])); };
+  return {0.5 * (of(FaultParameter::log_scale) + of(sway_log_scale)), of(rate_scale)};
+}
+
 // The log-likelihood of each unit by the fit to the others. Of the neighbors of a block, the windows at its border
 // are left out as well.
 void FaultFitter::predict_left_out(FaultFit& fit) const {
+  const std::array<double, 2> shrinking = log_shrinking(fit);
   const WhitenedRows rows = whitened(fit, fit.noise);
   const Index size = fit.numbers.size();
   const std::size_t units = windows_.unit_count();
@@ -372,11 +405,12 @@ void FaultFitter::predict_left_out(FaultFit& fit) const {
     moved[g] = -rest.A.ldlt().solve(rest.b);
   }
   fit.heldout = VectorXd::Zero(static_cast<Index>(units));
-  for (Index row = 0; row < rows.z.size(); ++row) {
-    const std::size_t g = unit(row);
-    const double z = rows.z(row) + (size > 0 ? rows.J.row(row).dot(moved[g]) : 0.0);
-    fit.heldout(static_cast<Index>(g)) -= huber(z) + rows.log_sd(row);
-  }
+  for (const WindowRun& run : windows_.runs())
+    for (Index row = run.begin; row < run.begin + run.size; ++row) {
+      const double z = rows.z(row) + (size > 0 ? rows.J.row(row).dot(moved[run.unit]) : 0.0);
+      fit.heldout(static_cast<Index>(run.unit)) -=
+          huber(z) + rows.log_sd(row) + shrinking[static_cast<std::size_t>(run.kind)];
+    }
 }
 
 }  // namespace leeway::gap

@@ -69,6 +69,11 @@ class FaultFitter {
   /// Residuals and sensitivities of a fit, whitened with `noise`.
   WhitenedRows whitened(const FaultFit& fit, const KinematicNoise& noise) const;
 
+  /// What the last member does to the residuals, a column for each of its numbers: slopes at the fit; of latencies and
+  /// lags the mean slope from as much early to as much late. Channels that are shifted bring their own noise along,
+  /// which is in the residuals as well: of slopes that are as much before as after, its mean product with them is zero.
+  Eigen::MatrixXd actions_of_last(const FaultFit& fit) const;
+
   /// Standard deviations of functions of the numbers, by drawing units with replacement.
   ///   derive  maps the numbers of a draw to what the deviation is wanted of
   Eigen::VectorXd resampled_sd(const FaultFit& fit, RandomStream stream,
@@ -81,10 +86,13 @@ class FaultFitter {
   double huber_level(Kinematics kind, Eigen::VectorXd residuals, double rho, double freedom, double rough_sd) const;
   double cost_of(Eigen::VectorXd residuals, const FaultFit& of, const KinematicNoise& noise) const;
   SensorFaults faults_of(const FaultFit& fit) const;
+  Eigen::VectorXd chord(const FaultFit& fit, Eigen::Index column, const std::vector<FaultParameter>& number,
+                        double from, double to) const;
   Eigen::MatrixXd sensitivities(const FaultFit& fit) const;
   void limit(FaultFit& fit) const;
   bool step(FaultFit& fit) const;
   FaultFit fitted(FaultFit start) const;
+  std::array<double, 2> log_shrinking(const FaultFit& fit) const;
   void predict_left_out(FaultFit& fit) const;
   std::vector<NormalEquations> normals_by_unit(const WhitenedRows& rows) const;
 

@@ -41,13 +41,15 @@ struct CandidateScore {
 
 CandidateScore score_of(const FaultFitter& fitter, const FaultFit& base, const FaultFit& fit) {
   const Index old = base.numbers.size();
-  // With the sensitivities at the fit, so that a long latency is judged by what it does, not by its beginning.
+  // A long latency is judged by all that it does, not by its beginning.
   FaultFit at = fit;
   at.residuals = base.residuals;
+  const Index count = fit.numbers.size() - old;
+  at.sensitivities.rightCols(count) = fitter.actions_of_last(fit);
   // A constant fault looks like slow noise where it is not corrected: noise is that beside the candidate.
   const WhitenedRows of_base = fitter.whitened(base, fit.noise), rows = fitter.whitened(at, fit.noise);
   const VectorXd &z = of_base.z, &weights = of_base.weights;
-  MatrixXd own = rows.J.rightCols(fit.numbers.size() - old);
+  MatrixXd own = rows.J.rightCols(count);
   if (old > 0) {
     const MatrixXd known = rows.J.leftCols(old);
     const MatrixXd weighted = weights.asDiagonal() * known;

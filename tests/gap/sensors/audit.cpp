@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "gap/held_courses.hpp"
 #include "gap/sensors/kinematic_windows.hpp"
 #include "gap/simulated_campaign.hpp"
 
@@ -450,6 +451,29 @@ TEST_CASE("channel quality: noise, its correlation and the resolution are measur
       CHECK_THAT(quality.filter_s, WithinAbs(0.4, 0.15));
     }
   }
+}
+
+// A channel that is shifted brings its noise along: by slopes at the shifted time, half of such campaigns had p < 0.01.
+TEST_CASE("audit: on held courses with correlated noise p-values are those of chance", "[gap][audit]") {
+  constexpr std::uint64_t kCampaigns = 12;
+  std::size_t below = 0;
+  for (std::uint64_t i = 0; i < kCampaigns; ++i) {
+    const Audit result = audit(recorded(HeldCourses{i, 3, 2.0, 0.5}), {});
+    CAPTURE(i, names(result));
+    CHECK(result.faults.empty());
+    REQUIRE_FALSE(result.hypotheses.empty());
+    double least = 1.0;
+    for (const Fault& hypothesis : result.hypotheses) least = std::min(least, hypothesis.p_value);
+    if (least < 0.1) ++below;
+  }
+  CHECK(below <= 4);  // 1.2 are expected; more than 4 in one of 200 such tests
+}
+
+// Undone, a factor above 1 makes noise smaller by as much, and an offset takes what the mean speed says of it.
+TEST_CASE("audit: a speed that hardly varies has no factor beside an offset", "[gap][audit]") {
+  const Audit result = audit(recorded(HeldCourses{255, 1, 2.0, 1.0}), {});  // 63 % and -0.31 m/s otherwise
+  CAPTURE(names(result));
+  CHECK(result.faults.empty());
 }
 
 TEST_CASE("audit: on straight runs, where the yaw rate is noise, no factor is found on it", "[gap][audit]") {
