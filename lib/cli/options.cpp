@@ -46,6 +46,7 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv, const CommonOptio
   std::signal(SIGXFSZ, SIG_IGN);  // and so is a file that grows beyond what the user may write
   const std::string program = app.get_name();
   end_in_order_without_memory(program);
+  keep_freed_memory();
 #ifdef __AVX2__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
     say(fmt::format("{}: error: built for processors with AVX2 and FMA; build with -DLEEWAY_MARCH= on this one\n",

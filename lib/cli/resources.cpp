@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdlib>
 #include <exception>
+#include <malloc.h>
 #include <new>
 #include <unistd.h>
 
@@ -33,6 +34,14 @@ void end_in_order_without_memory(const std::string& program) {
   const std::string text = program + ": error: out of memory\n";
   std::copy_n(text.begin(), std::min(text.size(), message.size()), message.begin());
   std::set_terminate(end);
+}
+
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  constexpr int kMegabyte = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, 32 * kMegabyte);  // the most that it takes
+  mallopt(M_TRIM_THRESHOLD, 256 * kMegabyte);
+#endif
 }
 
 }  // namespace leeway::cli
