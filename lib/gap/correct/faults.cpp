@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -49,36 +52,70 @@ double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajecto
   return sum;
 }
 
-void refine(std::vector<Fault>& faults, const std::function<double(const std::vector<Fault>&)>& evidence_of) {
-  const std::vector<Fault> of_audit = faults;
-  for (int round = 0; round < kPolicy.decide.refined_rounds; ++round)
-    for (std::size_t f = 0; f < faults.size(); ++f) {
-      if (!can_be_compared(faults[f])) continue;
-      std::vector<Estimate>& numbers = faults[f].parameters;
-      for (std::size_t i = 0, next = 0; i < numbers.size(); i = next) {
-        // Several channels may have one number.
-        const Estimate now = numbers[i], &audited = of_audit[f].parameters[i];
-        while (next < numbers.size() && numbers[next].value == now.value && numbers[next].sd == now.sd) ++next;
-        const auto set = [&](double value) {
-          for (std::size_t k = i; k < next; ++k) numbers[k].value = value;
-        };
-        const double step = kPolicy.decide.refined_step_sd * now.sd;
-        if (round > 0 && std::abs(now.value - audited.value) <= step) continue;
-        const auto evidence_at = [&](double value) {
-          set(value);
-          return evidence_of(faults);
-        };
-        const double here = evidence_at(now.value), above = evidence_at(now.value + step),
-                     below = evidence_at(now.value - step);
-        const double slope = (above - below) / (2.0 * step), curvature = (above + below - 2.0 * here) / (step * step);
-        set(curvature < 0.0 ? std::clamp(now.value - slope / curvature,
-                                         audited.value - kPolicy.decide.refined_limit_sd * audited.sd,
-                                         audited.value + kPolicy.decide.refined_limit_sd * audited.sd)
-                            : now.value);
-      }
+namespace {
+
+// A fault with its numbers no farther from the audit's than those may be wrong.
+Fault with_numbers_near(Fault fault, const Fault& audited) {
+  for (std::size_t i = 0; i < fault.parameters.size(); ++i) {
+    const auto& [name, value, sd] = audited.parameters[i];
+    const double far = kPolicy.decide.refined_limit_sd * sd;
+    fault.parameters[i].value = std::clamp(fault.parameters[i].value, value - far, value + far);
+  }
+  rephrase(fault);
+  return fault;
+}
+
+// What may stand in the place of a fault: its rivals, and of what is late all others that are late, since kinematics
+// alone take a filter for a latency.
+std::vector<Fault> instead_of(const Fault& fault, const std::vector<Fault>& faults,
+                              const std::vector<Fault>& hypotheses) {
+  std::vector<Fault> result = fault.rivals;
+  if (!traits_of(fault.name).is_late_only) return result;
+  for (const Fault& other : hypotheses) {
+    const auto is_same = [&](const Fault& known) { return candidate_of(known) == candidate_of(other); };
+    if (!traits_of(other.name).is_late_only || is_early(other) || std::ranges::any_of(faults, is_same) ||
+        std::ranges::any_of(result, is_same))
+      continue;
+    result.push_back(other);
+  }
+  return result;
+}
+
+}  // namespace
+
+void refine(std::vector<Fault>& faults, const std::vector<Fault>& hypotheses,
+            const std::function<std::optional<double>(std::vector<Fault>&)>& fit) {
+  for (std::size_t f = 0; f < faults.size(); ++f) {
+    struct Tried {
+      Fault fault;
+      double log_evidence;
+    };
+    std::vector<Tried> tried;
+    const auto attempt = [&](const Fault& fault) {
+      std::vector<Fault> with = faults;
+      with[f] = fault;
+      if (const std::optional<double> evidence = fit(with))
+        tried.push_back({with_numbers_near(with[f], fault), *evidence});
+    };
+    const std::vector<Fault> instead = instead_of(faults[f], faults, hypotheses);
+    std::vector<Fault> rivals;
+    std::swap(rivals, faults[f].rivals);
+    attempt(faults[f]);
+    if (tried.empty()) {
+      faults[f].rivals = std::move(rivals);
+      continue;
     }
-  for (Fault& fault : faults)
-    if (can_be_compared(fault)) rephrase(fault);
+    for (const Fault& other : instead) attempt(other);
+    std::ranges::stable_sort(tried, std::ranges::greater{}, &Tried::log_evidence);
+    Fault likeliest = tried.front().fault;
+    for (Tried& other : std::span(tried).subspan(1)) {
+      likeliest.p_value = std::min(likeliest.p_value, other.fault.p_value);
+      other.fault.log_odds = other.log_evidence - tried.front().log_evidence;
+      if (other.fault.log_odds > -kPolicy.decide.contradicted) likeliest.rivals.push_back(std::move(other.fault));
+    }
+    likeliest.log_odds = 0.0;
+    faults[f] = std::move(likeliest);
+  }
 }
 
 }  // namespace leeway::gap

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,10 +27,12 @@ void withdraw(Findings& findings, std::vector<Fault> certain, const std::string&
 /// ln |d corrected / d recorded|, by which the likelihood of what was recorded differs from that of what was corrected.
 double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajectory>& recordings);
 
-/// The numbers of faults at which the simulator follows the recordings best, within two standard errors of the audit:
-/// what is left of a bias looks like missing physics. A parabola in one number after the other, and once more in those
-/// that moved farther than it was drawn.
-///   evidence_of  of nothing missing, with faults corrected
-void refine(std::vector<Fault>& faults, const std::function<double(const std::vector<Fault>&)>& evidence_of);
+/// The likeliest numbers of faults, within two standard errors of the audit, since what is left of a bias looks like
+/// missing physics, and what is missing like a bias. Each fault gives way to a likelier one of its rivals or, where a
+/// channel is late, of all that are late; those that are about as likely are its rivals then.
+///   hypotheses  all that the audit tried
+///   fit         ln p(recordings | faults), at their likeliest numbers, which they get; nothing where it cannot tell
+void refine(std::vector<Fault>& faults, const std::vector<Fault>& hypotheses,
+            const std::function<std::optional<double>(std::vector<Fault>&)>& fit);
 
 }  // namespace leeway::gap

@@ -9,6 +9,7 @@
 #include "gap/compare/latent_forces.hpp"
 #include "gap/correct/faults.hpp"
 #include "gap/correct/seen_faults.hpp"
+#include "gap/correct/sensed.hpp"
 #include "gap/correct/wind_reading.hpp"
 #include "gap/decide/decide.hpp"
 #include "gap/decide/sensors.hpp"
@@ -79,9 +80,9 @@ void Investigator::progress(double done, const std::string& note) const {
   if (options_.progress) options_.progress(done, note);
 }
 
-std::vector<Trajectory> Investigator::moving() const {
+std::vector<Trajectory> Investigator::moving(const std::vector<Trajectory>& recordings) const {
   std::vector<Trajectory> moving;
-  for (const Trajectory& recording : recordings_) moving.push_back(without_frozen(recording, scale_));
+  for (const Trajectory& recording : recordings) moving.push_back(without_frozen(recording, scale_));
   return moving;
 }
 
@@ -97,7 +98,7 @@ bool Investigator::is_corrected() const {
 void Investigator::check_conventions() {
   progress(0.0, "conventions");
   Conventions& conventions = result.findings.conventions;
-  std::vector<Trajectory> recordings = moving();
+  std::vector<Trajectory> recordings = moving(recordings_);
   std::erase_if(recordings, is_at_rest);
   conventions = ensemble_ ? check_motion(ship_, recordings) : gap::check_conventions(ship_, recordings);
   if (recordings_.size() > 1 && !ensemble_)
@@ -126,7 +127,7 @@ void Investigator::audit_sensors() {
 
 void Investigator::fit_anew(const FittedNull* near_by) {
   progress(0.10, "fit within the stated uncertainty");
-  result.campaign = prepare(ship_, moving(), campaign_options_);
+  result.campaign = prepare(ship_, moving(recordings_), campaign_options_);
   result.null = fit_null(result.campaign, fit_options_, near_by);
   result.campaign = without_outliers(std::move(result.campaign), result.null);
   result.findings.fit = result.null.report;
@@ -202,12 +203,14 @@ void Investigator::identify_faults() {
 
 void Investigator::refine_faults() {
   std::vector<Fault>& faults = result.findings.audit.faults;
-  if (!options_.correct || ensemble_ || std::none_of(faults.begin(), faults.end(), can_be_compared)) return;
-  refine(faults, [&](const std::vector<Fault>& tried) {
-    correct(tried);
-    const Campaign without = prepare(ship_, moving(), campaign_options_);
-    return log_evidence(follow(without, result.null, {}, options_.jobs)) + log_jacobian(tried, reread_);
-  });
+  if (!options_.correct || ensemble_ || faults.empty()) return;
+  std::vector<std::string>& notices = result.findings.audit.notices;
+  for (const Fault& fault : faults)
+    if (const std::optional<std::string> notice = rivals_notice(fault)) std::erase(notices, *notice);
+  const SensedCampaign sensed(prepare(ship_, moving(reread_), campaign_options_), result.null, scale_, options_.jobs);
+  refine(faults, result.findings.audit.hypotheses, [&](std::vector<Fault>& tried) { return sensed.fit(tried); });
+  for (const Fault& fault : faults)
+    if (const std::optional<std::string> notice = rivals_notice(fault)) notices.push_back(*notice);
   correct(faults);
   const FittedNull near_by = std::move(result.null);
   fit_anew(&near_by);

@@ -40,7 +40,7 @@ class Investigator {
   /// Faults that the kinematics leave open, as the filter sees them, which knows the ship's forces and the sizes of the
   /// noise: one after another, where it is likelier than sound sensors and than any one effect.
   void identify_faults();
-  /// The numbers of the faults at which the simulator follows the recordings best.
+  /// The likeliest of each fault and its rivals, and their numbers, where all stand in the measurement function.
   void refine_faults();
   /// Effects of the catalogue around the fit.
   void test_effects();
@@ -52,7 +52,7 @@ class Investigator {
  private:
   void progress(double done, const std::string& note) const;
   /// Without frozen channels, which say nothing.
-  std::vector<Trajectory> moving() const;
+  std::vector<Trajectory> moving(const std::vector<Trajectory>& recordings) const;
   void correct(const std::vector<Fault>& faults);
   double log_likelihood(const std::vector<Fault>& corrected) const;
   void fit_anew(const FittedNull* near_by = nullptr);

@@ -297,8 +297,11 @@ struct DecidePolicy {
   double contradicted = 3.0;  ///< [nats] by which recordings are more likely without a faint fault | origin: choice
   double far_likelier = 10.0;  ///< [nats] log-odds by which a fit contradicts a convention | origin: choice
   std::size_t most_compared = 3;  ///< [effects] that may be missing instead | origin: choice, time
-  double refined_step_sd = 0.5;  ///< [sd] of the audit by which a fault's number is moved for the parabola | origin: choice
-  std::int64_t refined_rounds = 2;  ///< [rounds] over all faults in which their numbers are moved | origin: choice, time
+  std::int64_t sensed_iterations = 12;  ///< [steps] in which a fault's numbers must settle, or nothing is said of it | origin: choice; five do in nine opened cases
+  std::int64_t sensed_level_steps = 5;  ///< [steps] of BFGS to the noise levels with a fault in the measurement function | origin: choice, time
+  std::size_t sensed_parts = 4;  ///< [parts] of a time step of the filter, between which the simulator's path is a spline where sensors are late | origin: choice, rudders turn a ship within one
+  double sensed_step = 0.02;  ///< [usual sizes] of a fault's number to both sides for what it does | origin: choice, far below its sd
+  double sensed_converged_sd = 0.1;  ///< [sd] by which a number still moves when it has settled | origin: choice
   double refined_limit_sd = 2.0;  ///< [sd] of the audit within which it stays | origin: choice
 };
 

@@ -120,7 +120,7 @@ class AuditStages {
         continue;
       }
       fault.rivals = rivals_of(fault, m, fit, base, tried, p);
-      note_rivals(fault, result);
+      if (const std::optional<std::string> notice = rivals_notice(fault)) result.notices.push_back(*notice);
       result.faults.push_back(std::move(fault));
     }
     std::stable_sort(result.faults.begin(), result.faults.end(), gains_more);
@@ -186,21 +186,20 @@ class AuditStages {
     return rivals;
   }
 
-  static void note_rivals(const Fault& fault, Audit& result) {
-    std::set<std::string> names;
-    for (const Fault& rival : fault.rivals) names.insert(rival.name);
-    if (names.empty()) return;
-    result.notices.push_back(
-        fmt::format("{} fits best, but {} {} almost as well: these recordings do not distinguish them", fault.name,
-                    fmt::join(names, ", "), names.size() == 1 ? "fits" : "fit"));
-  }
-
   FaultFitter fitter_;
   const AuditOptions& options_;
   FaultSearch search_;
 };
 
 }  // namespace
+
+std::optional<std::string> rivals_notice(const Fault& fault) {
+  std::set<std::string> names;
+  for (const Fault& rival : fault.rivals) names.insert(rival.name);
+  if (names.empty()) return std::nullopt;
+  return fmt::format("{} fits best, but {} {} almost as well: these recordings do not distinguish them", fault.name,
+                     fmt::join(names, ", "), names.size() == 1 ? "fits" : "fit");
+}
 
 Audit audit(const std::vector<Trajectory>& given, const AuditOptions& options) {
   Audit result;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "gap/policy/policy.hpp"
@@ -22,6 +24,9 @@ struct AuditOptions {
 /// psi' - r, against each fault of the library, robustly, with rivalry between them. What is not recorded is said in
 /// the notices. Formulas, signs and thresholds: docs/gap-audit.md.
 Audit audit(const std::vector<Trajectory>& recordings, const AuditOptions& options);
+
+/// That a fault's rivals fit almost as well, for the notices; nothing where it has none.
+std::optional<std::string> rivals_notice(const Fault& fault);
 
 /// Says a fault's sentence anew, after its numbers have changed.
 void rephrase(Fault& fault);

@@ -216,15 +216,8 @@ Fault fault_of(const FaultFitter& fitter, const FaultFit& fit, std::size_t place
 }
 
 void rephrase(Fault& fault) {
-  for (std::size_t c = 0; c < fault_library().size(); ++c) {
-    std::vector<std::string_view> names;
-    for (const std::vector<FaultParameter>& number : fault_library()[c].numbers)
-      for (const FaultParameter parameter : number) names.push_back(info(parameter).name);
-    if (fault_library()[c].name == fault.name &&
-        std::equal(names.begin(), names.end(), fault.parameters.begin(), fault.parameters.end(),
-                   [](std::string_view name, const Estimate& e) { return name == e.name; }))
-      fault.sentence = sentence_of(c, fault.parameters);
-  }
+  if (const FaultCandidate* candidate = candidate_of(fault))
+    fault.sentence = sentence_of(static_cast<std::size_t>(candidate - fault_library().data()), fault.parameters);
 }
 
 Trajectory corrected(const Trajectory& recording, const std::vector<Fault>& faults, const FroudeScale& scale) {

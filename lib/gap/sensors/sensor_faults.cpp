@@ -86,6 +86,17 @@ const std::vector<FaultCandidate>& fault_library() {
   return library;
 }
 
+const FaultCandidate* candidate_of(const Fault& fault) {
+  for (const FaultCandidate& candidate : fault_library()) {
+    if (candidate.name != fault.name) continue;
+    std::vector<std::string_view> names;
+    for (const std::vector<FaultParameter>& number : candidate.numbers)
+      for (const FaultParameter parameter : number) names.push_back(info(parameter).name);
+    if (std::ranges::equal(names, fault.parameters, {}, {}, &Estimate::name)) return &candidate;
+  }
+  return nullptr;
+}
+
 const FaultTraits& traits_of(std::string_view fault) {
   static constexpr FaultTraits kNone{};
   for (const FaultCandidate& candidate : fault_library())

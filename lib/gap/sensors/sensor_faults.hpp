@@ -81,6 +81,8 @@ struct FaultCandidate {
 /// The library. Where two members share a name, the first one is the simpler. A scale of v_m alone is not in it: where
 /// a ship hardly drifts, shrinking v_m shrinks its noise, and noise would decide.
 const std::vector<FaultCandidate>& fault_library();
+/// The member with a fault's name and parameters; nullptr for none of them.
+const FaultCandidate* candidate_of(const Fault& fault);
 /// Of the first member with this name; those of no fault for other names.
 const FaultTraits& traits_of(std::string_view fault);
 /// What distinguishes a member of the library from its look-alikes; empty for other names.
