@@ -5,12 +5,13 @@
 #include <memory>
 #include <utility>
 
+#include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
+#include "gap/correct/sensing.hpp"
 #include "gap/fit/coefficient_scale.hpp"
 #include "gap/fit/events.hpp"
 #include "gap/policy/policy.hpp"
-#include "gap/sensors/audit_faults.hpp"
-#include "gap/sensors/sensing.hpp"
+#include "gap/sensors/audit.hpp"
 #include "gap/sensors/sensor_faults.hpp"
 
 namespace leeway::gap {

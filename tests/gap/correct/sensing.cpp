@@ -1,4 +1,4 @@
-#include "gap/sensors/sensing.hpp"
+#include "gap/correct/sensing.hpp"
 
 #include <cmath>
 #include <vector>
