@@ -82,6 +82,7 @@ void Investigator::progress(double done, const std::string& note) const {
 
 std::vector<Trajectory> Investigator::moving(const std::vector<Trajectory>& recordings) const {
   std::vector<Trajectory> moving;
+  moving.reserve(recordings.size());
   for (const Trajectory& recording : recordings) moving.push_back(without_frozen(recording, scale_));
   return moving;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "core/linear_algebra.hpp"
@@ -61,8 +62,8 @@ class FreeNumbers {
 };
 
 std::vector<int> free_levels(const Campaign& campaign, const Noise& noise) {
-  std::vector<int> free;
-  for (int level = 0; level < kWindLevel; ++level) free.push_back(level);
+  std::vector<int> free(kWindLevel);
+  std::iota(free.begin(), free.end(), 0);
   if (campaign.has_wind) free.push_back(kWindLevel);
   if (noise.one_receiver)
     for (const int level : {kReceiverLevel, kReceiverLevel + 1}) free.push_back(level);
