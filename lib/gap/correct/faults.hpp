@@ -29,7 +29,8 @@ double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajecto
 
 /// The likeliest numbers of faults, within two standard errors of the audit, since what is left of a bias looks like
 /// missing physics, and what is missing like a bias. Each fault gives way to a likelier one of its rivals or, where a
-/// channel is late, of all that are late; those that are about as likely are its rivals then.
+/// channel is late, of all that are late; those that are about as likely are its rivals then,
+/// and those that cannot be fitted go.
 ///   hypotheses  all that the audit tried
 ///   fit         ln p(recordings | faults), at their likeliest numbers, which they get; nothing where it cannot tell
 void refine(std::vector<Fault>& faults, const std::vector<Fault>& hypotheses,

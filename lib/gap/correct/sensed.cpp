@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <utility>
 
 #include "core/linear_algebra.hpp"
@@ -61,15 +60,6 @@ class FreeNumbers {
   std::vector<Place> places_;
 };
 
-std::vector<int> free_levels(const Campaign& campaign, const Noise& noise) {
-  std::vector<int> free(kWindLevel);
-  std::iota(free.begin(), free.end(), 0);
-  if (campaign.has_wind) free.push_back(kWindLevel);
-  if (noise.one_receiver)
-    for (const int level : {kReceiverLevel, kReceiverLevel + 1}) free.push_back(level);
-  return free;
-}
-
 // The path of the simulator at `parts` points for each of a stretch, from one to the next; what it misses there goes
 // evenly.
 std::vector<StateVector> fine_path(const Model<double>& model, const RecordedInputs& inputs,
@@ -126,11 +116,12 @@ class SensedFit {
   }
 
   std::optional<double> settle() {
+    constexpr auto levels_at = kPolicy.decide.sensed_levels_at;
     for (std::int64_t iteration = 0; iteration < kPolicy.decide.sensed_iterations; ++iteration) {
       sense();
       // Outliers and noise levels are judged once the paths know the fault.
-      if (iteration == 1) leave_out_outliers();
-      if (iteration == 1 || iteration == 3) fit_levels();
+      if (iteration == levels_at.front()) leave_out_outliers();
+      if (std::ranges::count(levels_at, iteration) > 0) fit_levels();
       const Evidence total = evidence_now();
       Eigen::VectorXd at(total.b.size());
       at << fit_.theta, z_;
@@ -141,7 +132,8 @@ class SensedFit {
       const Eigen::VectorXd step = covariance * (total.b - file.likeliest.prior.pull(at)),
                             moved = step.tail(numbers_.size()),
                             sd = covariance.diagonal().tail(numbers_.size()).cwiseSqrt();
-      if (iteration > 3 && (moved.cwiseAbs().array() < kPolicy.decide.sensed_converged_sd * sd.array()).all()) {
+      if (iteration > levels_at.back() &&
+          (moved.cwiseAbs().array() < kPolicy.decide.sensed_converged_sd * sd.array()).all()) {
         numbers_.set(faults_, z_, sd);
         for (Fault& fault : faults_) rephrase(fault);
         const Levels off = (levels_of(fit_.noise) - fit_.level_prior_mean).cwiseQuotient(fit_.level_prior_sd);
@@ -203,7 +195,7 @@ class SensedFit {
                               fit_.noise,
                               fit_.level_prior_mean,
                               fit_.level_prior_sd,
-                              free_levels(recorded_, fit_.noise),
+                              free_levels(true, recorded_.has_wind, fit_.noise.one_receiver),
                               jobs_};
     const auto steps = static_cast<int>(kPolicy.decide.sensed_level_steps);
     fit_.noise = noise_of(levels.minimize(levels_of(fit_.noise), steps, fit_.level_curvature), fit_.noise);

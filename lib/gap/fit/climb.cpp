@@ -23,15 +23,14 @@ std::vector<EffectColumns> columns_by_recording(const Campaign& campaign, const 
 
 Climb::Climb(const Campaign& campaign, FittedNull& fit, const Hypothesis& hypothesis, const FitOptions& options,
              bool knows_sensors)
-    : campaign_(campaign), fit_(fit), hypothesis_(hypothesis), options_(options) {
+    : campaign_(campaign),
+      fit_(fit),
+      hypothesis_(hypothesis),
+      options_(options),
+      free_levels_(free_levels(knows_sensors, campaign.has_wind, fit.noise.one_receiver)) {
   fit.stretches.resize(campaign.stretches.size());
   fit.smoothed.resize(campaign.stretches.size());
   fit.event_scale.resize(campaign.stretches.size());
-  if (knows_sensors)
-    for (int level = kTauLevel + 1; level < kWindLevel; ++level) free_levels_.push_back(level);
-  if (campaign.has_wind) free_levels_.push_back(kWindLevel);
-  if (knows_sensors && fit.noise.one_receiver)
-    for (const int level : {kReceiverLevel, kReceiverLevel + 1}) free_levels_.push_back(level);
   acting_.resize(campaign.stretches.size());
   for (std::size_t s = 0; s < campaign.stretches.size(); ++s)
     own_.push_back(fit.stretches[s].data ? fit.stretches[s].data

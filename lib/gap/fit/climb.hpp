@@ -63,7 +63,7 @@ class Climb {
   std::vector<std::shared_ptr<const Stretch>> own_;     // with the inputs as recorded, without outliers
   std::vector<std::shared_ptr<const Stretch>> acting_;  // with the inputs as rudders follow them late; nullptr: own_
   std::vector<RudderResponse> responses_ = std::vector<RudderResponse>(campaign_.stretches.size(), own_response_);
-  std::vector<int> free_levels_{0, 1, 2, 3};
+  std::vector<int> free_levels_;
 };
 
 }  // namespace leeway::gap

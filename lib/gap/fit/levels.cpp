@@ -101,6 +101,16 @@ Posterior posterior_of(const Evidence& evidence, const Eigen::VectorXd& theta, c
 
 }  // namespace
 
+std::vector<int> free_levels(bool of_sensors, bool of_wind, bool one_receiver) {
+  std::vector<int> free;
+  free.reserve(kLevels);
+  for (int level = 0; level <= (of_sensors ? kWindLevel - 1 : kTauLevel); ++level) free.push_back(level);
+  if (of_wind) free.push_back(kWindLevel);
+  if (of_sensors && one_receiver)
+    for (const int level : {kReceiverLevel, kReceiverLevel + 1}) free.push_back(level);
+  return free;
+}
+
 double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const ThetaPrior& prior) {
   const Posterior step = posterior_of(evidence, theta, prior);
   const double log_det = 2.0 * step.precision.matrixLLT().diagonal().array().log().sum();

@@ -17,6 +17,8 @@ using Levels = Eigen::Matrix<double, kLevels, 1>;
 using LevelCurvature = Eigen::Matrix<double, kLevels, kLevels>;
 Levels levels_of(const Noise& noise);
 Noise noise_of(const Levels& levels, const Noise& like);
+/// Those that may move: of the model error; of the sensors, a receiver's error among them; of the wind.
+std::vector<int> free_levels(bool of_sensors, bool of_wind, bool one_receiver);
 
 /// ln of the integral of exp(log_likelihood + b'd - d'Fd/2) prior(theta + d) over d.
 double marginal(const Evidence& evidence, const Eigen::VectorXd& theta, const ThetaPrior& prior);

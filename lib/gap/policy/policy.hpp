@@ -297,9 +297,10 @@ struct DecidePolicy {
   double contradicted = 3.0;  ///< [nats] by which recordings are more likely without a faint fault | origin: choice
   double far_likelier = 10.0;  ///< [nats] log-odds by which a fit contradicts a convention | origin: choice
   std::size_t most_compared = 3;  ///< [effects] that may be missing instead | origin: choice, time
-  std::int64_t sensed_iterations = 12;  ///< [steps] in which a fault's numbers must settle, or nothing is said of it | origin: choice; five do in nine opened cases
+  std::int64_t sensed_iterations = 12;  ///< [steps] in which a fault's numbers must settle, or nothing is said of it | origin: choice; five do in eight opened cases
+  std::array<std::int64_t, 2> sensed_levels_at{1, 3};  ///< [steps] in which the noise levels follow, outliers judged in the first; numbers settle after the last | origin: choice, once paths know the fault and once more
   std::int64_t sensed_level_steps = 5;  ///< [steps] of BFGS to the noise levels with a fault in the measurement function | origin: choice, time
-  std::size_t sensed_parts = 4;  ///< [parts] of a time step of the filter, between which the simulator's path is a spline where sensors are late | origin: choice, rudders turn a ship within one
+  std::size_t sensed_parts = 4;  ///< [parts] of a time step of the filter, between which the simulator's path is a spline where sensors are late | origin: measured, a filter of 0.5 s at 1 Hz on a ship that rudders turn fast: with 1 it is 0.7 nats behind a latency, with 4 0.7 ahead; lags as states that go with the ship would need none
   double sensed_step = 0.02;  ///< [usual sizes] of a fault's number to both sides for what it does | origin: choice, far below its sd
   double sensed_converged_sd = 0.1;  ///< [sd] by which a number still moves when it has settled | origin: choice
   double refined_limit_sd = 2.0;  ///< [sd] of the audit within which it stays | origin: choice

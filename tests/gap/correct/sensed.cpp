@@ -14,13 +14,16 @@ using namespace leeway;
 
 namespace {
 
+gap::Fault of_seconds(const char* name, const char* of_velocities, const char* of_rate, double seconds) {
+  gap::Fault result;
+  result.name = name;
+  result.parameters = {{of_velocities, seconds, 0.1}, {of_rate, seconds, 0.1}};
+  return result;
+}
 gap::Fault late_by(double seconds) {
-  return {.name = "velocity-latency",
-          .parameters = {{"velocity_latency_s", seconds, 0.1}, {"rate_latency_s", seconds, 0.1}}};
+  return of_seconds("velocity-latency", "velocity_latency_s", "rate_latency_s", seconds);
 }
-gap::Fault filtered_by(double seconds) {
-  return {.name = "sensor-filter", .parameters = {{"filter_s", seconds, 0.1}, {"rate_filter_s", seconds, 0.1}}};
-}
+gap::Fault filtered_by(double seconds) { return of_seconds("sensor-filter", "filter_s", "rate_filter_s", seconds); }
 
 struct Told {
   double log_odds;          // of a filter against a latency
@@ -45,11 +48,11 @@ Told told(const test::Injected& fault, double seconds, std::uint64_t seed) {
   REQUIRE(of_filter);
   REQUIRE(of_late);
   double of_audit = 0.0;
-  for (const gap::Fault& fault : gap::audit(recorded, {.scale = scale, .jobs = 2}).hypotheses)
-    if (fault.parameters.size() == 2 && fault.name == "sensor-filter")
-      of_audit += fault.heldout_gain;
-    else if (fault.parameters.size() == 2 && fault.name == "velocity-latency")
-      of_audit -= fault.heldout_gain;
+  for (const gap::Fault& tried : gap::audit(recorded, {.scale = scale, .jobs = 2}).hypotheses)
+    if (tried.parameters.size() == 2 && tried.name == "sensor-filter")
+      of_audit += tried.heldout_gain;
+    else if (tried.parameters.size() == 2 && tried.name == "velocity-latency")
+      of_audit -= tried.heldout_gain;
   return {*of_filter - *of_late, of_audit, filter.front(), late.front()};
 }
 
