@@ -3,9 +3,11 @@
 Each part has a folder of its own, OUT/shard-3-of-8, with its own keys and seal, so that no two jobs write to one; score takes them together."""
 
 import argparse
+import gzip
 import hashlib
 import json
 import pathlib
+import zlib
 
 
 def parsed(text):
@@ -29,24 +31,41 @@ def part(cases, shard):
     return [case for case in cases if name(case) in chosen]
 
 
-def folders(output):
-    """The folders of a run: its shards, or itself. ValueError where they are not parts of one set."""
+def parts(output):
+    """The parts of a set: folders of its shards, files of those that were kept (judged.py), or its own folder. ValueError where they are not of one set."""
     output = pathlib.Path(output)
-    found = sorted(output.glob("shard-*-of-*"), key=lambda f: [int(x) for x in f.name.split("-")[1::2]])
+    if output.is_file():
+        return [output]
+    number = lambda f: [int(x) for x in f.name.split(".")[0].split("-")[1::2]]
+    found = sorted((f for f in output.glob("shard-*-of-*") if f.is_dir() or f.name.endswith(".json.gz")), key=number)
     if not found:
         return [output]
     if (output / "keys.sha256").exists():
         raise ValueError(f"{output}: holds a set of its own beside shards; score one of them")
-    designs = {}
-    for folder in found:
-        file = folder / "design.json"
-        design = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-        if design and design.get("shard") != "/".join(folder.name.split("-")[1::2]):
-            raise ValueError(f"{folder}: its design is of the shard {design.get('shard')}")
-        designs.setdefault(json.dumps({**design, "shard": folder.name.split("-")[3]}, sort_keys=True) if design else None, folder)
+    designs, seen = {}, {}
+    for part in found:
+        shard = "/".join(map(str, number(part)))
+        design = design_of(part)
+        if design and design.get("shard") != shard:
+            raise ValueError(f"{part}: its design is of the shard {design.get('shard')}")
+        if shard in seen:
+            raise ValueError(f"{part} and {seen[shard]} are the same shard; take one away")
+        seen[shard] = part
+        designs.setdefault(json.dumps({**design, "shard": shard.split("/")[1]}, sort_keys=True) if design else None, part)
     designs.pop(None, None)
     if len(designs) > 1:
         one, other, *_ = designs.items()
         differ = [k for k, v in json.loads(one[0]).items() if json.loads(other[0]).get(k) != v]
         raise ValueError(f"{one[1]} and {other[1]} are not parts of one set: they differ in {', '.join(differ)}")
     return found
+
+
+def design_of(part):
+    """What was asked of generate; {} where nothing was made yet."""
+    if part.is_dir():
+        file = part / "design.json"
+        return json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+    try:
+        return json.loads(gzip.decompress(part.read_bytes()))["design"]
+    except (OSError, EOFError, KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError, zlib.error):
+        return {}  # judged.read says what is wrong

@@ -2,10 +2,12 @@
 """Tests how scripts/proof scores: what counts as detected and accepted, times and places, sealed recordings, shards, looks, the advised maneuver."""
 
 import argparse
+import gzip
 import hashlib
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -173,12 +175,12 @@ class Looks(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "looks.json"
             self.assertEqual(looks.next_family(file), 1)
-            looks.spend(1, "abc", "tool", 30, 100, file)
-            looks.spend(1, "abc", "tool", 100, 100, file)
+            looks.spend(1, "abc", ["one"], 30, 100, file)
+            looks.spend(1, "abc", ["one", "of another machine"], 100, 100, file)
             self.assertEqual(looks.next_family(file), 2)
             self.assertEqual([look["cases"] for look in looks.spent(file)], [100])
             with self.assertRaisesRegex(looks.Spent, "family 1 .* is spent"):
-                looks.spend(1, "abc", "a later tool", 100, 100, file)
+                looks.spend(1, "abc", ["later"], 100, 100, file)
 
 
 class Parts(unittest.TestCase):
@@ -192,17 +194,17 @@ class Parts(unittest.TestCase):
             out = pathlib.Path(folder)
             self.shard(out, "shard-1-of-3")
             self.shard(out, "shard-2-of-3")
-            self.assertEqual([f.name for f in shards.folders(out)], ["shard-1-of-3", "shard-2-of-3"])
+            self.assertEqual([f.name for f in shards.parts(out)], ["shard-1-of-3", "shard-2-of-3"])
             self.shard(out, "shard-3-of-3", commit="def", duration_s=60.0)
             with self.assertRaisesRegex(ValueError, "differ in commit, duration_s"):
-                shards.folders(out)
+                shards.parts(out)
             (out / "shard-3-of-3" / "design.json").unlink()
             self.shard(out, "shard-1-of-6")
             with self.assertRaisesRegex(ValueError, "differ in shard"):
-                shards.folders(out)
+                shards.parts(out)
             (out / "keys.sha256").write_text("", encoding="utf-8")
             with self.assertRaisesRegex(ValueError, "a set of its own beside shards"):
-                shards.folders(out)
+                shards.parts(out)
 
 
 class Calls(unittest.TestCase):
@@ -283,6 +285,42 @@ class Sealed(unittest.TestCase):
             file.write_bytes(as_sealed + b" ")
             self.assertEqual(campaign.broken_seals(self.out / "keys"), [f"{self.key['id']}/{file.name}"])
             file.write_bytes(as_sealed)
+
+    def test_judged_cases_that_are_kept_make_the_same_tables(self):
+        """Of a shard that is kept and one that is not; what is no such file is refused."""
+        with tempfile.TemporaryDirectory() as name:
+            out = pathlib.Path(name) / "set"
+            design = {"set": "full", "is_sealed": True, "commit": "c0ffee" * 6, "seed": "s", "cases": None}
+            for k in (1, 2):
+                shard = out / f"shard-{k}-of-3"
+                shutil.copytree(self.out / "cases", shard / "cases")
+                shutil.copytree(self.out / "keys", shard / "keys")
+                shutil.copy(self.out / "keys.sha256", shard)
+                (shard / "design.json").write_text(json.dumps({**design, "shard": f"{k}/3"}), encoding="utf-8")
+                result = shard / "results" / self.key["id"]
+                result.mkdir(parents=True)
+                (result / "run.json").write_text(json.dumps({**RUN, "tool_sha256": "one"}), encoding="utf-8")
+                (result / "report.json").write_text(json.dumps(report(chosen=["rudder-offset"], hypotheses=[(["rudder-offset"], 0.9 + 1e-9, [])], inclusion={"rudder-offset": 1.0 / 3.0})),
+                                                    encoding="utf-8")
+            score = lambda *options: subprocess.run([PROOF / "score", "--no-replay", *options], capture_output=True, text=True, check=False)
+            kept = pathlib.Path(name) / "kept"
+            judged_now = score("--keep", kept, out)
+            self.assertEqual((judged_now.returncode, sorted(f.name for f in kept.iterdir())), (0, ["shard-1-of-3.json.gz", "shard-2-of-3.json.gz"]), judged_now.stderr)
+            self.assertIn("2 of 2 cases of the set `full` (sealed: SHA-256 of commit c0ffeec0ffee, 2 of 3 shards)", judged_now.stdout)
+            as_kept = (kept / "shard-1-of-3.json.gz").read_bytes()
+            self.assertEqual(score(kept).stdout, judged_now.stdout)
+            self.assertEqual(score("--keep", kept, out).stdout, judged_now.stdout)
+            self.assertEqual((kept / "shard-1-of-3.json.gz").read_bytes(), as_kept)
+            # A shard that is kept stands beside one that is still to be judged, but not beside itself.
+            shutil.copy(kept / "shard-2-of-3.json.gz", out)
+            twice = score(out)
+            self.assertEqual((twice.returncode, "are the same shard" in twice.stderr), (3, True), twice.stderr)
+            shutil.rmtree(out / "shard-2-of-3")
+            self.assertEqual(score(out).stdout, judged_now.stdout)
+            for content in (b"", b"{}", gzip.compress(b"[]"), gzip.compress(json.dumps({"version": 0, "design": {**design, "shard": "2/3"}}).encode()), as_kept[:-9]):
+                (kept / "shard-2-of-3.json.gz").write_bytes(content)
+                refused = score(kept)
+                self.assertEqual((refused.returncode, "shard-2-of-3.json.gz" in refused.stderr, "Traceback" in refused.stderr), (3, True, False), refused.stderr)
 
     def test_the_key_says_where_the_effect_acts(self):
         truth = self.key["truth"]["rudder-offset"]
