@@ -22,6 +22,10 @@
 namespace leeway::gap {
 namespace {
 
+// Places that are screened together: what each pair of columns has in common is asked of a screen, and between places
+// not needed.
+constexpr std::size_t kPlacesAtATime = 12;
+
 // The start of what was added to a fit from where it is nothing; none where that is infinitely far.
 std::optional<Start> at_neutral(const Fitted& from, const Start& added) {
   Start start{added.hypothesis, added.theta, from.log_evidence};
@@ -151,25 +155,30 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains_of_places(std::
       for (Candidate& candidate : candidates_of(effect, campaign_.ship, {choice}))
         candidates.push_back(std::move(candidate));
     if (candidates.empty()) continue;
-    // What fenders and lines that go taut do are events.
     ScreenOptions screen_options{options_.jobs};
+    screen_options.pushes = true;
+    // What fenders and lines that go taut do are events.
     screen_options.knows_events = info.search == SearchStart::wall || !acts_at_times;
-    const EffectScreen screen = screen_of(campaign_, all_[from], candidates, screen_options);
-    result.push_back({effect, {}, 0.0});
-    ExpectedGain& expected = result.back();
-    for (std::size_t c = 0; c < candidates.size(); ++c)  // but those that the ship does not reach
-      if (std::abs(screen.log_evidence({c}) - screen.log_evidence({})) > kPolicy.compare.unexcited)
-        expected.starts.push_back(screen.start({c}));
-    if (expected.starts.empty()) {
-      result.pop_back();
-      continue;
+    ExpectedGain expected{effect, {}, 0.0};
+    double nothing = 0.0;
+    for (std::size_t first = 0; first < candidates.size(); first += kPlacesAtATime) {
+      const auto begin = candidates.begin() + static_cast<std::ptrdiff_t>(first);
+      const std::size_t count = std::min(kPlacesAtATime, candidates.size() - first);
+      const EffectScreen screen =
+          screen_of(campaign_, all_[from], {begin, begin + static_cast<std::ptrdiff_t>(count)}, screen_options);
+      nothing = screen.log_evidence({});
+      for (std::size_t c = 0; c < count; ++c)  // but those that the ship does not reach
+        if (std::abs(screen.log_evidence({c}) - nothing) > kPolicy.compare.unexcited)
+          expected.starts.push_back(screen.start({c}));
     }
+    if (expected.starts.empty()) continue;
     sort(expected.starts);
     if (info.search == SearchStart::anchor)
       take_turns(expected.starts);
     else
       keep_apart(expected.starts);
-    expected.gain = expected.starts.front().log_evidence - screen.log_evidence({});
+    expected.gain = expected.starts.front().log_evidence - nothing;
+    result.push_back(std::move(expected));
   }
   sort(result);
   return result;

@@ -86,6 +86,7 @@ class Selector {
       return;
     }
     fit_singles();
+    fit_places();
     fit_terms();
     if (comparison_.log_odds(likeliest_) > kPolicy.compare.strong_terms) search();
   }
@@ -229,24 +230,29 @@ class Selector {
   }
 
   void fit_others() {
-    // What surely acts, acts at times, or goes with the position, may be bound to a place.
+    fit_places();
+    std::vector<Interval> intervals = strongest_by_recording();
+    better(intervals.empty() ? add_in_the_likeliest(0) : add_in_intervals(0, std::move(intervals)));
+    fit_look_alikes();
+  }
+
+  /// What surely acts, acts at times, or goes with the position, may be bound to a place, even where one linear step
+  /// expects too little of it; else what that step makes likelier than nothing.
+  void fit_places() {
     const Located& located = findings_.located;
     std::vector<Interval> events;
     for (const Interval& interval : located.intervals)
       if (interval.p_value < options_.locate.false_alarm) events.push_back(interval);
-    if (!events.empty() || errs_grossly(findings_.fit) ||
-        findings_.detection.p_value < surely(options_.locate.false_alarm) ||
-        std::any_of(located.frames.begin(), located.frames.end(), [](const Frame& frame) {
-          return frame.is_of_place && frame.log_evidence > kPolicy.compare.position_evidence;
-        })) {
-      progress(0.73, "banks, fenders, moorings");
-      for (const auto& candidate : comparison_.expected_gains_of_places(0, events))
-        if (!is_hopeless(candidate.gain, likeliest_, 0, kPolicy.compare.hopeless_share_of_places))
-          better(comparison_.add(0, candidate.starts, kPolicy.compare.starts_of_places));
-    }
-    std::vector<Interval> intervals = strongest_by_recording();
-    better(intervals.empty() ? add_in_the_likeliest(0) : add_in_intervals(0, std::move(intervals)));
-    fit_look_alikes();
+    const bool may_act = !events.empty() || errs_grossly(findings_.fit) ||
+                         findings_.detection.p_value < surely(options_.locate.false_alarm) ||
+                         std::ranges::any_of(located.frames, [](const Frame& frame) {
+                           return frame.is_of_place && frame.log_evidence > kPolicy.compare.position_evidence;
+                         });
+    progress(0.73, "banks, fenders, moorings");
+    for (const auto& candidate : comparison_.expected_gains_of_places(0, events))
+      if ((may_act || candidate.gain + log_prior_odds_of_one(0) > 0.0) &&
+          !is_hopeless(candidate.gain, likeliest_, 0, kPolicy.compare.hopeless_share_of_places))
+        better(comparison_.add(0, candidate.starts, kPolicy.compare.starts_of_places));
   }
 
   /// One step expected_gains too little of what gains by another model error: what the likeliest is said to look like

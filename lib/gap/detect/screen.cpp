@@ -121,17 +121,20 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
     }
     const EffectSide without(columns.ship(), plain_theta, campaign.recorded_inputs[recording], columns.response());
     const MoreColumns more = [&](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
-      const Vec6 plain = without.step(linear, k);
+      const auto step = [&](const auto& of) -> Vec6 {
+        return options.pushes ? of.push(linear, k) : of.step(linear, k);
+      };
+      const Vec6 plain = step(without);
       Eigen::Index column = 0;
       for (const Sides& one : sides[recording]) {
         for (const auto& slope : one.coordinates) {
           if (slope)
-            out.col(column++) = slope->step(linear, k);
+            out.col(column++) = step(*slope);
           else
             out.col(column++).setZero();
         }
         if (one.at_start)
-          out.col(column++) = one.at_start->step(linear, k) - plain;
+          out.col(column++) = step(*one.at_start) - plain;
         else
           out.col(column++).setZero();
       }

@@ -19,6 +19,15 @@ Vec6 EffectSide::step(const LinearStretch& stretch, std::size_t k) const {
   return advance<double>(model_, stretch.path[k], inputs, h);
 }
 
+Vec6 EffectSide::push(const LinearStretch& stretch, std::size_t k) const {
+  const std::vector<StepInputs<double>>& own = stretch.data->inputs[k];
+  const Inputs<double>& middle = own[own.size() / 2].middle;
+  const Vec6 over_ground = 0.5 * (stretch.path[k] + stretch.path[k + 1]).head<kShipStates>();
+  ShipState<double> at{over_ground.head<3>(), over_ground.tail<3>()};
+  if (model_.moves_water()) at.nu -= water_velocity(model_, at.eta, middle.t_s);
+  return stretch.steps[k].A.block<kShipStates, 3>(0, kErrorStart) * rate_of_change(model_, at, middle).nu;
+}
+
 EffectColumns::EffectColumns(const Campaign& campaign, const Hypothesis& hypothesis, const Eigen::VectorXd& z,
                              const Eigen::VectorXd& plain_theta, std::size_t recording)
     : recorded_(campaign.recorded_inputs[recording]),

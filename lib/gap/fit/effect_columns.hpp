@@ -18,6 +18,8 @@ class EffectSide {
              const RudderResponse& like);
   /// Where step k of a stretch leads from the path.
   Vec6 step(const LinearStretch& stretch, std::size_t k) const;
+  /// The same, as far as it differs by what pushes: where the acceleration in the middle of the step leads.
+  Vec6 push(const LinearStretch& stretch, std::size_t k) const;
 
  private:
   Model<double> model_;
@@ -34,6 +36,9 @@ class EffectSlope {
   /// Of step k of a stretch by the coordinate.
   Vec6 step(const LinearStretch& stretch, std::size_t k) const {
     return (above_.step(stretch, k) - below_.step(stretch, k)) / (2.0 * difference_);
+  }
+  Vec6 push(const LinearStretch& stretch, std::size_t k) const {
+    return (above_.push(stretch, k) - below_.push(stretch, k)) / (2.0 * difference_);
   }
 
  private:

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "gap/compare/places.hpp"
 #include "gap/simulated_campaign.hpp"
 
 using namespace leeway;
@@ -37,4 +38,45 @@ TEST_CASE("screen: where nothing is missing, an effect gains much no more often 
   CHECK(one.front() < one.back());
   CHECK(share_above(two, std::log(5.0)) >= share_above(one, std::log(5.0)));
   CHECK(gains_of({"steady-current"}) == one);
+}
+
+TEST_CASE("screen: what a force would gain hardly depends on whether whole steps are taken with it", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  Ship truth = ship;
+  truth.effects.push_back({"mooring",
+                           {{"anchor_x_m", 10.0},
+                            {"anchor_y_m", 8.0},
+                            {"stiffness_npm", 0.05},
+                            {"slack_length_m", 6.0},
+                            {"attach_x_m", 0.0},
+                            {"attach_y_m", 0.0}},
+                           "ship.json",
+                           "/effects/0"});
+  const test::SimulatedCampaign of{.ship = "esso-osaka-3m", .recordings = 2, .duration_s = 150.0, .wind_mps = 0.0};
+  const gap::Campaign campaign = gap::prepare(ship, test::recorded(of, truth), {});
+  const gap::FittedNull fit = gap::fit_null(campaign, {.jobs = 2});
+  for (const std::string effect : {"mooring", "bank"}) {
+    std::vector<gap::Candidate> candidates;
+    for (const gap::FreeEffect::Choice& choice : gap::places_of(effect, campaign, {})) {
+      // A line without slack pulls so hard at its start that the water answers within a step.
+      if (effect == "mooring" && choice.freed.empty()) continue;
+      for (gap::Candidate& candidate : gap::candidates_of(effect, ship, {choice}))
+        candidates.push_back(std::move(candidate));
+    }
+    const auto gains = [&](bool pushes) {
+      const gap::ScreenOptions options{2, true, pushes};
+      const gap::EffectScreen screen(campaign, fit, {}, candidates, 1.0, {{.prior = fit.prior}}, options);
+      std::vector<double> result;
+      for (std::size_t c = 0; c < candidates.size(); ++c)
+        result.push_back(screen.log_evidence({c}) - screen.log_evidence({}));
+      return result;
+    };
+    const std::vector<double> by_steps = gains(false), by_push = gains(true);
+    CHECK(by_push != by_steps);
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      CAPTURE(effect, c, by_steps[c], by_push[c]);
+      CHECK(by_push[c] == Approx(by_steps[c]).margin(0.1).epsilon(0.1));
+    }
+    if (effect == "mooring") CHECK(*std::ranges::max_element(by_push) > 3.0);
+  }
 }
