@@ -74,7 +74,11 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
     for (int k = 0; k < kPolicy.detect.compass_starts && search_start(effect) == SearchStart::compass; ++k)
       add(0.0, kPolicy.detect.first_wind * Eigen::Vector2d(std::cos(k * kPi / half), std::sin(k * kPi / half)));
   } else if (plain.has_bare_direction()) {
-    for (int k = 0; k < kPolicy.detect.compass_starts; ++k) add(180.0 / half * k, median);
+    // From a weak force one linear step does not reach a strong one, nor from a strong one a weak one.
+    Eigen::VectorXd strong = median;
+    strong(plain.log_strengths()).setConstant(kPolicy.detect.start_strengths.back());
+    for (const Eigen::VectorXd& z : {median, strong})
+      for (int k = 0; k < kPolicy.detect.compass_starts; ++k) add(180.0 / half * k, z);
   } else {
     for (const double z : kPolicy.detect.start_strengths) add(0.0, median.array() + z);
   }

@@ -117,6 +117,16 @@ bool FreeEffect::has_bare_direction() const {
                      [](const Coordinate& c) { return is_direction(c.prior); });
 }
 
+std::vector<Eigen::Index> FreeEffect::log_strengths() const {
+  std::vector<Eigen::Index> places;
+  Eigen::Index at = 0;
+  for (const Coordinate& c : coordinates_) {
+    if (c.prior.kind == Prior::Kind::log_normal && parameters_[c.parameter].off == 0.0) places.push_back(at);
+    at += c.is_vector() ? 2 : 1;
+  }
+  return places;
+}
+
 std::vector<Eigen::Index> FreeEffect::beside_vector() const {
   std::vector<Eigen::Index> places;
   if (!direction_ || std::isnan(parameters_[*direction_].otherwise)) return places;

@@ -50,6 +50,8 @@ class FreeEffect {
   double log_ways() const { return log_ways_; }
   /// Whether it has a direction that is no vector, so that starts around the compass are needed.
   bool has_bare_direction() const;
+  /// Places in z of the logarithms of strengths: far below nothing acts.
+  std::vector<Eigen::Index> log_strengths() const;
   /// Places in z of what stands beside a vector that is an effect of its own (the shear beside the current); none for
   /// all other effects.
   std::vector<Eigen::Index> beside_vector() const;

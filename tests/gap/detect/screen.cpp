@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/units.hpp"
 #include "gap/compare/places.hpp"
 #include "gap/simulated_campaign.hpp"
 
@@ -78,5 +79,22 @@ TEST_CASE("screen: what a force would gain hardly depends on whether whole steps
       CHECK(by_push[c] == Approx(by_steps[c]).margin(0.1).epsilon(0.1));
     }
     if (effect == "mooring") CHECK(*std::ranges::max_element(by_push) > 3.0);
+  }
+}
+
+TEST_CASE("screen: one linear step finds a high sea as well as a low one", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const test::SimulatedCampaign of{.ship = "esso-osaka-3m", .recordings = 2, .duration_s = 150.0, .wind_mps = 0.0};
+  for (const double hs_m : {0.02, 0.09}) {
+    CAPTURE(hs_m);
+    Ship truth = ship;
+    truth.effects.push_back({"wave-drift", {{"hs_m", hs_m}, {"wave_from_deg", 125.0}}, "ship.json", "/effects/0"});
+    const gap::Campaign campaign = gap::prepare(ship, test::recorded(of, truth), {});
+    const gap::FittedNull fit = gap::fit_null(campaign, {.jobs = 2});
+    const gap::Start best = gap::starts_of("wave-drift", campaign, fit, 2).front();
+    const gap::FreeEffect& waves = best.hypothesis.effects.front();
+    const std::vector<double> values = waves.values(best.theta.segment(fit.theta.size() - 1, waves.size()));
+    CHECK(std::abs(std::log(values[0] / hs_m)) < std::log(2.0));
+    CHECK(std::abs(wrap_angle((values[1] - 125.0) * kDegree)) < 45.0 * kDegree);
   }
 }

@@ -80,6 +80,9 @@ TEST_CASE("hypothesis: coordinates stand for parameters in the units of their pr
   CHECK_FALSE(bank.has_bare_direction());
   CHECK(bank.values(at({0.0, 1.0}))[0] == 4.0);
   CHECK(bank.values(at({0.0, 1.0}))[3] == Approx(0.01 * std::exp(0.8)).epsilon(1e-3));
+  CHECK(bank.log_strengths() == std::vector<Eigen::Index>{0, 1});
+  CHECK(gap::FreeEffect("wave-drift", ship).log_strengths() == std::vector<Eigen::Index>{0});  // not its direction
+  CHECK(stall.log_strengths().empty());
   for (const char* name : {"bank", "fender", "mooring", "tug"}) CHECK_FALSE(is_screened(search_start(name)));
   for (const char* name : {"sheared-current", "anemometer", "rudder-stall"}) CHECK(is_screened(search_start(name)));
 
