@@ -2,8 +2,6 @@
 
     judge(folder, ...) -> Part          of what generate, ladder, run and next left
     Part.keep(folder), read(file)       docs/proof/COMMIT/SET/shard-3-of-16.json.gz, the same bytes for the same part
-
-Numbers are kept to six digits: tables of a kept part are those of its folder.
 """
 
 import gzip
@@ -46,19 +44,11 @@ class Part:
         of = self.design.get("shard")
         file = pathlib.Path(folder) / ((f"shard-{of.replace('/', '-of-')}" if of else self.design["set"]) + ENDING)
         file.parent.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(rounded({"version": VERSION, **asdict(self)}), separators=(",", ":"), sort_keys=True)
+        text = json.dumps({"version": VERSION, **asdict(self)}, separators=(",", ":"), sort_keys=True)
         part = file.with_name(file.name + ".part")
         part.write_bytes(gzip.compress(text.encode(), mtime=0))
         part.replace(file)
         return file
-
-
-def rounded(value):
-    if isinstance(value, float):
-        return float(f"{value:.6g}")
-    if isinstance(value, dict):
-        return {k: rounded(v) for k, v in value.items()}
-    return [rounded(v) for v in value] if isinstance(value, (list, tuple)) else value
 
 
 def read(file):
