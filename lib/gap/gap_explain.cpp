@@ -47,6 +47,9 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   found.is_named = selection.chosen != 0;
   found.has_terms = has_terms(answer.hypothesis.names());
   found.chance_of_best = comparison.chance_of(selection.best);
+  found.best_is_likelier_than_not =
+      selection.best != 0 && selection.stated[selection.best] > kPolicy.compare.likelier_than_not;
+  found.best_is_significant = comparison.is_significant(selection.best);
   found.is_latent = selection.is_latent;
   // What other forms of her own forces leave as well says nothing against nothing missing.
   if (selection.is_latent || selection.error >= kPolicy.decide.error_of_forms)

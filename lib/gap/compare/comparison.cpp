@@ -22,10 +22,6 @@
 namespace leeway::gap {
 namespace {
 
-// Places that are screened together: what each pair of columns has in common is asked of a screen, and between places
-// not needed.
-constexpr std::size_t kPlacesAtATime = 12;
-
 // The start of what was added to a fit from where it is nothing; none where that is infinitely far.
 std::optional<Start> at_neutral(const Fitted& from, const Start& added) {
   Start start{added.hypothesis, added.theta, from.log_evidence};
@@ -161,9 +157,10 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains_of_places(std::
     screen_options.knows_events = info.search == SearchStart::wall || !acts_at_times;
     ExpectedGain expected{effect, {}, 0.0};
     double nothing = 0.0;
-    for (std::size_t first = 0; first < candidates.size(); first += kPlacesAtATime) {
+    const std::size_t at_a_time = kPolicy.compare.places_at_a_time;
+    for (std::size_t first = 0; first < candidates.size(); first += at_a_time) {
       const auto begin = candidates.begin() + static_cast<std::ptrdiff_t>(first);
-      const std::size_t count = std::min(kPlacesAtATime, candidates.size() - first);
+      const std::size_t count = std::min(at_a_time, candidates.size() - first);
       const EffectScreen screen =
           screen_of(campaign_, all_[from], {begin, begin + static_cast<std::ptrdiff_t>(count)}, screen_options);
       nothing = screen.log_evidence({});

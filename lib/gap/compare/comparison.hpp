@@ -89,6 +89,8 @@ class Comparison {
   ///   is_surely_left  whether something is left beside `than`: then one standard error is enough; where the
   ///                   evidence for a name is strong, none is needed
   bool holds(std::size_t better, std::size_t than, bool is_surely_left) const;
+  /// Whether each of its effects is more than nothing, by its own standard deviation.
+  bool is_significant(std::size_t i) const { return is_significant(all_[i]); }
 
  private:
   bool is_significant(const Fitted& fitted) const;

@@ -65,7 +65,10 @@ void decide_hypotheses(const HypothesesFound& h, double intervals_p, double rate
   // Likelier than not, but not shown: neither claimed nor denied.
   if (verdict == Verdict::no_mismatch) {
     decision.p_value = std::min(tests_p, policy.decide.families * std::min(h.chance_of_best, h.chance_of_latent));
-    if (h.is_likelier_than_not) leave_open(Reason::likelier_than_not);
+    if (h.is_likelier_than_not)
+      leave_open(!h.best_is_likelier_than_not || limits.families * h.chance_of_best >= rate ? Reason::likelier_than_not
+                 : h.best_is_significant ? Reason::likelier_but_not_heldout
+                                         : Reason::likelier_but_not_told_from_none);
   }
   if (verdict != Verdict::mismatch) return;
 

@@ -38,6 +38,8 @@ enum class Reason {
   nothing_left,
   odds_not_rare,      ///< the tests see something, and no hypothesis has odds that are rare where nothing is missing
   likelier_than_not,  ///< the tests see nothing
+  likelier_but_not_told_from_none,  ///< with odds that are rare where nothing is missing, but an effect may be none
+  likelier_but_not_heldout,         ///< with such odds, but it does not predict better what was left out
 };
 
 struct Decision {

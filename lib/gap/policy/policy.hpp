@@ -237,6 +237,7 @@ struct ComparePolicy {
   double far_behind = 20.0;  ///< [nats] and as far behind | origin: choice
   double far_behind_of_look_alikes = 40.0;  ///< [nats] the same of what the likeliest looks like | origin: choice
   double close_odds = 3.0;  ///< [nats] of posterior odds within which fits are continued before they are compared | origin: choice
+  std::size_t places_at_a_time = 12;  ///< [places] in one screen, which also asks what each two columns have in common: between places that is not needed | origin: choice, time
   std::size_t starts_of_places = 4;  ///< [starts] of a bank, a fender or a line | origin: choice, time
   std::size_t leading_singles = 2;  ///< [effects] beside which pairs are sought | origin: choice, time
   std::size_t leading_pairs = 2;  ///< [pairs] that are fitted although expected to be a little less likely than what was found | origin: choice, time

@@ -9,14 +9,20 @@
 namespace leeway::gap {
 namespace {
 
-// What is likelier than all else, and how often chance alone makes it so.
-std::string likeliest_of(const std::vector<Explained>& hypotheses, double p_value) {
+// What is likelier than all else, how often chance alone makes it so, and why it is not claimed where that is rare.
+std::string likeliest_of(const std::vector<Explained>& hypotheses, const Decision& decision, double false_alarm) {
   const Explained& likeliest = *std::ranges::max_element(hypotheses, {}, &Explained::probability);
+  const bool is_rare = decision.p_value < false_alarm;
+  const std::string_view but = decision.reason == Reason::likelier_but_not_heldout
+                                   ? "; but it does not predict better what was left out"
+                               : decision.reason == Reason::likelier_but_not_told_from_none
+                                   ? "; but the strength of an effect is not told from none"
+                                   : "";
   return fmt::format(
-      "{} is likelier than all else together ({:.2f}), but chance alone shows as much in {:.3g} % of campaigns in "
-      "which "
-      "nothing is missing; more recordings would decide",
-      fmt::join(likeliest.effects, " + "), likeliest.probability, 100.0 * p_value);
+      "{} is likelier than all else together ({:.2f}), {} chance alone shows as much in {:.3g} % of campaigns in which "
+      "nothing is missing{}; more recordings would decide",
+      fmt::join(likeliest.effects, " + "), likeliest.probability, is_rare ? "and" : "but", 100.0 * decision.p_value,
+      but);
 }
 
 std::string sentence_of(const Decision& decision, const TestsFound& found, const Findings& findings,
@@ -77,7 +83,9 @@ std::string sentence_of(const Decision& decision, const TestsFound& found, const
       return "the tests see something, but no explanation has odds that are rare where nothing is missing; more "
              "recordings would decide";
     case Reason::likelier_than_not:
-      return likeliest_of(hypotheses, decision.p_value);
+    case Reason::likelier_but_not_told_from_none:
+    case Reason::likelier_but_not_heldout:
+      return likeliest_of(hypotheses, decision, d.false_alarm);
   }
   return "";
 }

@@ -23,8 +23,10 @@ struct TestsFound {
 
 /// What the comparison of hypotheses of gap-explain found.
 struct HypothesesFound {
-  bool is_named = false;          ///< whether something is claimed beside nothing missing
-  bool has_terms = false;         ///< whether terms stand for what the catalogue does not hold
+  bool is_named = false;                   ///< whether something is claimed beside nothing missing
+  bool has_terms = false;                  ///< whether terms stand for what the catalogue does not hold
+  bool best_is_likelier_than_not = false;  ///< whether what may be claimed is likelier than all else together
+  bool best_is_significant = false;        ///< whether each of its effects is told from none by its own sd
   double chance_of_best = 1.0;    ///< how often anything is as likely as what may be claimed, where nothing is missing
   bool is_latent = false;         ///< whether what the catalogue does not hold is claimed by what it depends on
   double chance_of_latent = 1.0;  ///< how often anything of that kind is as likely where nothing is missing

@@ -292,7 +292,14 @@ TEST_CASE("decide: why hypotheses leave it open", "[gap][decide]") {
   found.hypotheses->is_named = false;
   CHECK(gap::decide(found).reason == Reason::nothing_left);
   found.hypotheses->is_likelier_than_not = true;
+  found.hypotheses->chance_of_best = 0.2;
   CHECK(gap::decide(found).reason == Reason::likelier_than_not);
+  found.hypotheses->chance_of_best = 1e-4;  // rare, but not claimed
+  CHECK(gap::decide(found).reason == Reason::likelier_than_not);
+  found.hypotheses->best_is_likelier_than_not = true;
+  CHECK(gap::decide(found).reason == Reason::likelier_but_not_told_from_none);
+  found.hypotheses->best_is_significant = true;
+  CHECK(gap::decide(found).reason == Reason::likelier_but_not_heldout);
   found.tests.intervals_p = p_of(0.5, found);
   CHECK(gap::decide(found).reason == Reason::odds_not_rare);
 }

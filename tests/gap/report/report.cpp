@@ -215,6 +215,15 @@ TEST_CASE("summary of gap-explain: where it cannot tell it says why, also of a s
                                                Contains("(0.60)") && Contains(" 4 % of campaigns"));
   }
   CHECK_THAT(gap::headline(explanation), Contains("; the ship file is off"));
+  decision.p_value = 0.0015;
+  for (const auto& [reason, words] :
+       {std::pair{gap::Reason::likelier_but_not_told_from_none,
+                  "; but the strength of an effect is not told from none"},
+        std::pair{gap::Reason::likelier_but_not_heldout, "; but it does not predict better what was left out"}}) {
+    decision.reason = reason;
+    CHECK_THAT(gap::reason_text(decision, {}, explanation.findings, explanation.hypotheses),
+               Contains("(0.60), and chance alone shows as much in 0.15 % of campaigns") && Contains(words));
+  }
 }
 
 TEST_CASE("thinning for the page: extremes, ends and holes stay", "[gap][report]") {
