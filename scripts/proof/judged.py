@@ -1,7 +1,7 @@
 """The judged cases of one folder: all that tables are made from, small enough to be kept when recordings and reports are not.
 
     judge(folder, ...) -> Part          of what generate, ladder, run and next left
-    Part.keep(folder), read(file)       docs/proof/COMMIT/SET/shard-3-of-16.json.gz, the same bytes for the same part
+    Part.keep(folder), read(file)       docs/proof-cases/COMMIT/shard-3-of-16.json.gz, the same bytes for the same part
 """
 
 import gzip
@@ -19,7 +19,7 @@ import model
 import physics
 import replays
 import scores
-from tool import hash_of, kept, write
+from tool import hash_of, kept, write, write_bytes
 
 VERSION = 1  # of the file; another one is not read
 ENDING = ".json.gz"
@@ -45,9 +45,7 @@ class Part:
         file = pathlib.Path(folder) / ((f"shard-{of.replace('/', '-of-')}" if of else self.design["set"]) + ENDING)
         file.parent.mkdir(parents=True, exist_ok=True)
         text = json.dumps({"version": VERSION, **asdict(self)}, separators=(",", ":"), sort_keys=True)
-        part = file.with_name(file.name + ".part")
-        part.write_bytes(gzip.compress(text.encode(), mtime=0))
-        part.replace(file)
+        write_bytes(file, gzip.compress(text.encode(), mtime=0))
         return file
 
 

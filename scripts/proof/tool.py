@@ -28,11 +28,16 @@ def kept(mark):
         return None
 
 
+def write_bytes(file, content):
+    """Whole or not at all."""
+    part = file.with_name(file.name + ".part")
+    part.write_bytes(content)
+    part.replace(file)
+
+
 def write(file, value):
     """JSON, whole or not at all."""
-    part = file.with_name(file.name + ".part")
-    part.write_text(json.dumps(value, indent=1), encoding="utf-8")
-    part.replace(file)
+    write_bytes(file, json.dumps(value, indent=1).encode())
 
 
 def explain(binaries, ship, trains, held, result, limit_s, options=()):

@@ -315,8 +315,17 @@ class Sealed(unittest.TestCase):
             shutil.copy(kept / "shard-2-of-3.json.gz", out)
             twice = score(out)
             self.assertEqual((twice.returncode, "are the same shard" in twice.stderr), (3, True), twice.stderr)
+            (out / "shard-2-of-3.json.gz").unlink()
+            run = out / "shard-2-of-3" / "results" / self.key["id"] / "run.json"
+            run.write_text(json.dumps({**RUN, "tool_sha256": "other"}), encoding="utf-8")
+            mixed = score(out)
+            self.assertEqual((mixed.returncode, "several builds" in mixed.stderr), (3, True), mixed.stderr)
             shutil.rmtree(out / "shard-2-of-3")
+            shutil.copy(kept / "shard-2-of-3.json.gz", out)
             self.assertEqual(score(out).stdout, judged_now.stdout)
+            refused = score("--keep", out / "shard-2-of-3.json.gz", kept)
+            self.assertEqual((refused.returncode, refused.stderr.count("\n")), (4, 1), refused.stderr)
+            self.assertEqual(score(out / "nothing").returncode, 4)
             for content in (b"", b"{}", gzip.compress(b"[]"), gzip.compress(json.dumps({"version": 0, "design": {**design, "shard": "2/3"}}).encode()), as_kept[:-9]):
                 (kept / "shard-2-of-3.json.gz").write_bytes(content)
                 refused = score(kept)
