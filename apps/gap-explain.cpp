@@ -37,6 +37,7 @@ struct Options {
   std::vector<std::string> heldout;
   bool fail_on_mismatch = false, calibrates = false, thorough = false;
   std::size_t campaigns = gap::kPolicy.bootstrap.campaigns;
+  std::size_t refits = gap::kPolicy.compare.refitted, most_effects = gap::kPolicy.compare.most_effects;
   std::string area;
   std::optional<double> depth_m, rudder_deg, time_s;
   cli::CommonOptions common;
@@ -61,6 +62,16 @@ void add_options(CLI::App& app, Options& o) {
       "fit the ship's coefficients alone and name no effect: ship.json has the likeliest, given what the ship file "
       "states of them, and as coefficient_covariance what the recordings leave open");
   calibrates->excludes(thorough);
+  app.add_option("--refits", o.refits,
+                 "effects that are fitted, those first of which one linear step expects most; what is not fitted has "
+                 "its share of the probability (report.json: not_fitted)")
+      ->excludes(calibrates)
+      ->check(CLI::Range(std::size_t{1}, std::size_t{100}))
+      ->capture_default_str();
+  app.add_option("--most-effects", o.most_effects, "largest number of effects that are named together")
+      ->excludes(calibrates)
+      ->check(CLI::Range(std::size_t{1}, std::size_t{6}))
+      ->capture_default_str();
   const auto next = [&](const std::string& name, auto& value, const std::string& what) {
     return app.add_option(name, value, what)
         ->group("Limits of what is advised to be recorded next")
@@ -148,6 +159,8 @@ int main(int argc, char** argv) try {
   gap::GapExplainOptions options;
   options.locate = cli::locate_options(o.gap, o.common);
   options.calibrates = o.calibrates;
+  options.refitted = o.refits;
+  options.most_effects = o.most_effects;
   if (o.thorough) options.campaigns = o.campaigns;
   options.next = next_limits(o, ship);
   gap::Explanation explanation;

@@ -46,19 +46,23 @@ HypothesesFound hypotheses_found(const Comparison& comparison, const Selection& 
   HypothesesFound found;
   found.is_named = selection.chosen != 0;
   found.has_terms = has_terms(answer.hypothesis.names());
+  const bool are_forms = selection.error < kPolicy.decide.error_of_forms;
+  const auto is_of_forms = [&](std::size_t i) {
+    return are_forms && has_terms(comparison.all()[i].hypothesis.names());
+  };
   found.chance_of_best = comparison.chance_of(selection.best);
   found.best_is_likelier_than_not =
       selection.best != 0 && selection.stated[selection.best] > kPolicy.compare.likelier_than_not;
   found.best_is_significant = comparison.is_significant(selection.best);
   found.is_latent = selection.is_latent;
   // What other forms of her own forces leave as well says nothing against nothing missing.
-  if (selection.is_latent || selection.error >= kPolicy.decide.error_of_forms)
+  if (selection.is_latent || !are_forms)
     found.chance_of_latent = std::exp(-std::max(0.0, selection.latent_log_evidence));
   found.log_odds_of_chosen = comparison.log_odds(selection.chosen);
-  for (std::size_t i = 1; i < selection.stated.size(); ++i)
-    found.is_likelier_than_not |=
-        selection.stated[i] > kPolicy.compare.likelier_than_not &&
-        (selection.error >= kPolicy.decide.error_of_forms || !has_terms(comparison.all()[i].hypothesis.names()));
+  for (std::size_t i = 1; i < selection.stated.size(); ++i) {
+    found.is_likelier_than_not |= selection.stated[i] > kPolicy.compare.likelier_than_not && !is_of_forms(i);
+    if (is_of_forms(i) && selection.stated[i] > selection.stated[selection.best]) found.chance_of_best = 1.0;
+  }
   found.left_p = selection.left_p_value;
   found.is_negligible = selection.is_negligible;
   found.error_share = selection.error;

@@ -115,7 +115,7 @@ def efficiency_table(cases):
             asked = [c for c in some if share(c, "priors", question) is not None]
             bins = [(None, asked)] + [((low, high), [c for c in asked if (d := limits(c, question)) is not None and low <= d < high]) for low, high in BINS]
             for span, inside in bins if asked else []:
-                if not inside or span is not None and question in ("set", "accepted"):
+                if not inside:
                     continue
                 against = "kinds" if kind == "out of the catalogue" else "priors"
                 right, reach, ratio, low, high = efficiency(inside, question, against)

@@ -118,20 +118,23 @@ def overlap(intervals, truth):
 
 
 def located(report, key):
-    """Where a single effect acts against where the report says: overlap in time (of what was located without a name, and of a named effect's own times), whether
-    the axis with the most of it is right, half the sum of the differences of the axes' shares, error of the point of attack [L]. None where not asked or not said."""
+    """Where effects act against where the report says: overlap in time of the one that acts for a time (of what was located without a name, and of its own times
+    where it is named); of a single effect whether the axis with the most of it is right, half the sum of the differences of the axes' shares, error of the point
+    of attack [L]. None where not asked or not said."""
     out = {"overlap": None, "overlap_named": None, "axis": None, "shares_off": None, "x_F_off": None}
-    if len(key["names"]) != 1:
-        return out
-    name = key["names"][0]
-    truth, found = key["truth"].get(name, {}), report.get("located") or {}
-    if truth.get("interval_s"):
+    found = report.get("located") or {}
+    bound = [n for n in key["names"] if key["truth"].get(n, {}).get("interval_s")]
+    if len(bound) == 1:
+        name, truth = bound[0], key["truth"][bound[0]]
         stem = str(truth.get("file", "")).removesuffix(".csv")
         mine = [i for i in found.get("intervals") or [] if str(i.get("file", "")).rsplit("/", 1)[-1].removesuffix(".csv") == stem]
         out["overlap"] = overlap([(i["t_start_s"], i["t_end_s"]) for i in mine], truth["interval_s"])
         given = stated(report, name) if name in chosen_of(report) else {}
         if {"t_start_s", "t_end_s"} <= set(given):
             out["overlap_named"] = overlap([(given["t_start_s"][0], given["t_end_s"][0])], truth["interval_s"])
+    if len(key["names"]) != 1:
+        return out
+    truth = key["truth"].get(key["names"][0], {})
     shares, true = found.get("dof"), truth.get("dof")
     if shares and true:
         out["axis"] = max(shares, key=shares.get) == max(true, key=true.get)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Tests the oracle and the ladder of scripts/proof on linear cases that can be computed by hand, and against the generator."""
 
+import hashlib
 import itertools
 import json
 import math
@@ -134,6 +135,11 @@ class ByHand(unittest.TestCase):
                 k = log_density(K[j], np.eye(30) + ("s" in n) * Z.T @ Z) - log_density(K[j], np.eye(30))
                 prior = sum(t.log_prior for t in terms if t.name in n) - 0.5 * ("s" in n)
                 self.assertAlmostEqual(row[j], np.logaddexp.reduce(value) + k + prior, 6)
+
+    def test_the_rung_that_goals_are_shares_of_is_frozen(self):
+        self.assertEqual((sets.SCALE_SD, sets.NODES, sets.SLAB, sets.LARGEST, sets.P_SENSORS, sets.P_EFFECTS), (0.5, 9, 0.6, 3, 0.15, 0.35))
+        priors = hashlib.sha256(json.dumps([sets.SLABS, sets.PRIORS], sort_keys=True).encode()).hexdigest()
+        self.assertEqual(priors[:16], "a152ad7424bec193", "efficiencies of earlier versions are shares of what these priors reach")
 
     def test_a_slab_with_bounds_is_the_integral_over_one_side(self):
         rng = np.random.default_rng(7)

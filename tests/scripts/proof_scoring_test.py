@@ -89,6 +89,11 @@ class Rules(unittest.TestCase):
         self.assertAlmostEqual(got["shares_off"], 0.2)
         self.assertAlmostEqual(got["x_F_off"], 0.1)
         self.assertIsNone(got["overlap_named"])
+        beside = key(["tug", "fouling"], **truth)  # axes and point of attack are of both
+        beside["truth"]["fouling"].pop("interval_s", None)
+        got = scores.judge(beside, RUN, report(chosen=["fouling"], located=where))["located"]
+        self.assertIsNotNone(got["overlap"])
+        self.assertIsNone(got["axis"])
         self.assertFalse(scores.judge(key(["tug"], **truth), RUN, report(located={"dof": {"surge": 0.9, "sway": 0.1, "yaw": 0.0}}))["located"]["axis"])
 
     def test_p_values_inclusion_and_ship_files(self):

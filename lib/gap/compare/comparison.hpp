@@ -81,7 +81,8 @@ class Comparison {
   bool is_rare(std::size_t i, std::size_t than) const {
     return kPolicy.decide.families * chance_of(i, than) < options_.false_alarm;
   }
-  std::vector<double> probabilities() const { return gap::probabilities(all_, screened_, campaign_.ship); }
+  std::vector<Unseen> unseen_effects() const { return gap::unseen_effects(all_, screened_, campaign_.ship); }
+  std::vector<double> probabilities() const { return gap::probabilities(all_, unseen_effects()); }
   /// Whether it is stated as likelier than all others together.
   bool is_likelier_than_not(std::size_t i) const { return probabilities()[i] > kPolicy.compare.likelier_than_not; }
   /// Whether `better` is likelier than `than`, predicts what was left out better beyond chance, and each of its effects

@@ -65,11 +65,10 @@ double least_odds_of_nothing(double p_value) {
   return -std::exp(1.0) * p * std::log(p);
 }
 
-std::vector<double> probabilities(const std::vector<Fitted>& all, const ScreenedGains& screened_gains,
-                                  const Ship& ship) {
-  // Effects of which too little was expected to be fitted beside a hypothesis share in it as well.
+std::vector<Unseen> unseen_effects(const std::vector<Fitted>& all, const ScreenedGains& screened_gains,
+                                   const Ship& ship) {
   const auto unseen_beside = [&](std::size_t from) {
-    double share = 0.0;
+    Unseen result;
     for (const auto& [effect, gain] : screened_gains.at(from)) {
       Hypothesis more = all[from].hypothesis;
       more.effects.emplace_back(effect, ship);
@@ -77,25 +76,34 @@ std::vector<double> probabilities(const std::vector<Fitted>& all, const Screened
                       [&](const Fitted& fitted) { return name_set(fitted.hypothesis) == name_set(more); }))
         continue;
       // One linear step exaggerates: an expected gain alone makes nothing likelier than without it.
-      share += std::exp(std::min(gain, 0.0) + log_prior(more) - log_prior(all[from].hypothesis));
+      result[effect] = std::exp(std::min(gain, 0.0) + log_prior(more) - log_prior(all[from].hypothesis));
     }
-    return share;
+    return result;
   };
+  std::optional<std::size_t> likeliest;
+  for (const auto& [i, gains] : screened_gains)
+    if (i != 0 && (!likeliest || log_odds(all, i) > log_odds(all, *likeliest))) likeliest = i;
+  std::vector<Unseen> result(all.size());
+  const Unseen of_likeliest = likeliest ? unseen_beside(*likeliest) : Unseen();
+  for (std::size_t i = 0; i < all.size(); ++i)
+    result[i] = i == likeliest || !screened_gains.contains(i) ? of_likeliest : unseen_beside(i);
+  return result;
+}
+
+double sum_of(const Unseen& unseen) {
+  double sum = 0.0;
+  for (const auto& [effect, odds] : unseen) sum += odds;
+  return sum;
+}
+
+std::vector<double> probabilities(const std::vector<Fitted>& all, const std::vector<Unseen>& unseen) {
   std::vector<double> odds(all.size());
   for (std::size_t i = 1; i < all.size(); ++i) odds[i] = log_odds(all, i);
   const double most = *std::max_element(odds.begin(), odds.end());
-  for (double& one : odds) one = std::exp(one - most);
-  // What was not screened is as likely to lack another effect that does not show as the likeliest that was.
-  std::map<std::size_t, double> unseen;
-  std::optional<std::size_t> likeliest;
-  for (const auto& [i, gains] : screened_gains) {
-    unseen[i] = unseen_beside(i);
-    if (i != 0 && (!likeliest || odds[i] > odds[*likeliest])) likeliest = i;
-  }
   double total = 0.0;
   for (std::size_t i = 0; i < odds.size(); ++i) {
-    const auto own = unseen.find(i);
-    total += odds[i] * (1.0 + (own != unseen.end() ? own->second : likeliest ? unseen[*likeliest] : 0.0));
+    odds[i] = std::exp(odds[i] - most);
+    total += odds[i] * (1.0 + sum_of(unseen[i]));
   }
   for (double& one : odds) one /= total;
   return odds;

@@ -36,7 +36,16 @@ double log_odds_of(const std::vector<LatentForce>& kinds, std::size_t beside = 0
 /// American Statistician 55, 62-71).
 double least_odds_of_nothing(double p_value);
 
-/// Of all that were fitted. What is missing to 1 is shared by the single effects that were screened alone.
-std::vector<double> probabilities(const std::vector<Fitted>& all, const ScreenedGains& screened, const Ship& ship);
+/// Effects of which too little was expected to be fitted beside a hypothesis: the odds of each acting beside it,
+/// against the hypothesis alone.
+using Unseen = std::map<std::string, double>;
+double sum_of(const Unseen& unseen);
+
+/// Of all that were fitted. Beside one that was not screened another effect that does not show is as likely as beside
+/// the likeliest that was.
+std::vector<Unseen> unseen_effects(const std::vector<Fitted>& all, const ScreenedGains& screened, const Ship& ship);
+
+/// Of all that were fitted, each alone; what is missing to 1 is that of its unseen effects.
+std::vector<double> probabilities(const std::vector<Fitted>& all, const std::vector<Unseen>& unseen);
 
 }  // namespace leeway::gap

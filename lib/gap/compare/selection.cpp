@@ -179,6 +179,7 @@ class Selector {
 
   /// Pairs, from one linear step beside each of the likeliest single effects and beside none, the most promising first.
   void fit_pairs() {
+    if (options_.most_effects < 2) return;
     struct Promise {
       std::size_t beside;
       Comparison::ExpectedGain expected;

@@ -11,6 +11,7 @@ bool is_off(const CalibratedModule& module, std::size_t modules, double false_al
 }
 
 bool is_off(const FittedCoefficient& c, const Policy& policy) {
+  if (c.may_be_far) return c.far_off > policy.compare.likelier_than_not;
   const double nearest = std::abs(c.shift) - policy.show.normal95 * c.shift_sd;
   return nearest > policy.decide.stated_sds * c.stated_sd;
 }

@@ -13,8 +13,9 @@ namespace leeway::gap {
 ///   modules  how many were tried
 bool is_off(const CalibratedModule& module, std::size_t modules, double false_alarm);
 
-/// Whether the interval of a coefficient lies beyond the stated standard deviations in which the file is taken at its
-/// word.
+/// Whether a coefficient is likelier off by far more than the file states than not; of one that has no such probability
+/// (an absolute uncertainty, another form of a force), whether its interval lies beyond the stated standard deviations
+/// in which the file is taken at its word.
 bool is_off(const FittedCoefficient& coefficient, const Policy& policy = kPolicy);
 
 struct ShipFileFound {

@@ -9,17 +9,16 @@
 namespace leeway::gap {
 namespace {
 
-// Odds, prior times Bayes factor, of each coefficient being off by far more against none. The covariance before grows
-// by `added` in one place; with the narrow prior's precision P, and theta known as N(m, V) with it, all follows from u
-// = P e, u'm and u'V u (Sherman & Morrison).
-Eigen::VectorXd odds_of_slabs(const Evidence& evidence, const Eigen::VectorXd& theta, const PriorWidths& widths) {
+// Odds, prior times Bayes factor, of each of n coefficients being off by far more against not. The covariance before
+// grows by `added` in one place; with the narrow prior's precision P, and theta known as N(m, V) with it, all follows
+// from u = P e, u'm and u'V u (Sherman & Morrison).
+Eigen::VectorXd odds_of_slabs(const Evidence& evidence, const Eigen::VectorXd& theta, const PriorWidths& widths,
+                              double n) {
   Eigen::VectorXd odds = Eigen::VectorXd::Zero(theta.size());
-  if (widths.slab.size() == 0) return odds;
   const Eigen::MatrixXd& P = widths.prior.precision();
   const Eigen::MatrixXd M = evidence.F + P;
   const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
   const Eigen::VectorXd mean = theta + covariance * (evidence.b - widths.prior.pull(theta));
-  const auto n = static_cast<double>((widths.slab.array() > 0.0).count());
   for (Eigen::Index i = 0; i < odds.size(); ++i) {
     const double narrow = widths.prior.sd()[i], wide = widths.slab[i];
     if (!(wide > narrow)) continue;
@@ -42,6 +41,39 @@ Eigen::VectorXd odds_of_slabs(const Evidence& evidence, const Eigen::VectorXd& t
               std::exp(std::min(exponent, kPolicy.fit.most_slab_nats));
   }
   return odds;
+}
+
+struct Slabs {
+  double log_weight = 0.0;  // of all sets of what is off by far more, against none
+  Eigen::VectorXd off;      // the probability that each is in the set
+};
+
+// Sets of one, of two beside the likeliest of these, and so on as long as one more is likelier off than not: what else
+// there is of that size is less probable.
+Slabs slabs_of(const Evidence& evidence, const Eigen::VectorXd& theta, PriorWidths widths) {
+  Slabs result{0.0, Eigen::VectorXd::Zero(theta.size())};
+  const auto n = static_cast<double>((widths.slab.array() > 0.0).count());
+  if (n == 0.0) return result;
+  std::vector<Eigen::Index> set;
+  double sum = 1.0;  // of all weights so far, that of the set being 1
+  for (;;) {
+    const Eigen::VectorXd odds = odds_of_slabs(evidence, theta, widths, n);
+    sum += odds.sum();
+    result.off += odds;
+    for (const Eigen::Index i : set) result.off[i] += odds.sum();
+    Eigen::Index next = 0;
+    const double likeliest = odds.maxCoeff(&next);
+    if (!(likeliest > 1.0)) break;
+    sum /= likeliest;
+    result.off /= likeliest;
+    result.log_weight += std::log(likeliest);
+    widths.prior.widen(next, widths.slab[next]);
+    widths.slab[next] = 0.0;
+    set.push_back(next);
+  }
+  result.log_weight += std::log(sum) - n * std::log1p(kPolicy.fit.slab_odds / n);
+  result.off /= sum;
+  return result;
 }
 
 PriorWidths widths_at(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters, Eigen::Index effects,
@@ -97,10 +129,8 @@ FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& thet
   double most = -std::numeric_limits<double>::infinity(), sum = 0.0;
   Eigen::VectorXd off_now;
   for (const PriorWidths& one : widths) {
-    const Eigen::VectorXd odds = odds_of_slabs(evidence, theta, one);
-    const double any = 1.0 + odds.sum();
-    const double here =
-        one.log_weight + marginal(evidence, theta, one.prior) + std::log(any / (1.0 + kPolicy.fit.slab_odds));
+    const Slabs slabs = slabs_of(evidence, theta, one);
+    const double here = one.log_weight + marginal(evidence, theta, one.prior) + slabs.log_weight;
     if (!std::isfinite(here)) continue;
     if (here > most) {
       const double less = std::exp(most - here);
@@ -108,10 +138,10 @@ FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& thet
       result.off *= less;
       most = here;
       result.likeliest = one;
-      off_now = odds / any;
+      off_now = slabs.off;
     }
     sum += std::exp(here - most);
-    result.off += std::exp(here - most) * odds / any;
+    result.off += std::exp(here - most) * slabs.off;
   }
   if (!(sum > 0.0)) return result;
   result.log_evidence = most + std::log(sum);

@@ -7,8 +7,8 @@
 
 /// How wrong a ship's file is about its coefficients. Each is as uncertain as the file states, times one scale c that
 /// is common to all, ln c ~ N(0, 0.5^2): all coefficients together tell c, so that a file that is worse than it states
-/// is no missing physics. Besides, with little probability, one of them is off by far more, which none of the others
-/// is: spike and slab, and the slab is the only heavy tail.
+/// is no missing physics. Besides, with little probability, each is off by far more, whatever the others are: spike and
+/// slab, and the slab is the only heavy tail.
 namespace leeway::gap {
 
 /// What is believed of theta at one value of the common scale.

@@ -57,7 +57,7 @@ struct FitPolicy {
   double scale_log_sd = 0.5;  ///< [ln] prior sd of the common scale of the coefficients' widths | origin: choice, a file's widths are right within a factor of about two
   std::size_t scales = 9;  ///< [values] of the common scale over which is averaged | origin: choice, rounding
   double slab_log_sd = 0.6;  ///< [ln] prior sd of a coefficient that is off by far more than stated | origin: choice, half to twice; that of effects that are factors
-  double slab_odds = 0.06;  ///< [-] prior odds that one coefficient, no matter which, is off so far, against none | origin: choice, those of one effect of the catalogue
+  double slab_odds = 0.06;  ///< [-] prior odds, shared by all coefficients, that each is off so far, against that it is not | origin: choice, those of one effect of the catalogue
   double most_slab_nats = 500.0;  ///< [nats] beyond which they are not told apart | origin: choice, rounding
   double scale_reach_sd = 3.0;  ///< [prior sd] that they cover to each side | origin: choice, rounding
   double outlier_sd = 6.0;  ///< [sd] of what the other measurements predict | origin: choice
@@ -342,6 +342,7 @@ struct ShowPolicy {
   double decisive = 0.95;  ///< [-] of what any could reach: expected probability of the right name from which on a maneuver decides: of those the shortest is named | origin: choice
   double worthwhile_gain = 0.02;  ///< [-] of that probability: a maneuver that gains less is not recommended | origin: choice
   double not_excluded = 0.3;  ///< [-] of its probability: what is not excluded against a hypothesis | origin: choice
+  double credible = 0.95;  ///< [-] of the probability that the fewest likeliest sets hold together | origin: choice, as intervals
   double possible = 0.01;  ///< [-] probability that is worth a word | origin: choice
   double other_form = 0.2;  ///< [-] of what is called unknown: how often it is an effect of the catalogue that acts in another form | origin: measured, docs/proof.md
   double student95 = 2.776;  ///< [sd] reach of intervals of 95 %: Student's with four degrees of freedom | origin: measured, 142 intervals of two sealed runs

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,6 +11,7 @@
 
 #include "gap/report/locate_json.hpp"
 #include "gap/report/words.hpp"
+#include "gap/result/inclusion.hpp"
 #include "gap/show/next_maneuver.hpp"
 #include "ship/joint_uncertainty.hpp"
 
@@ -211,18 +211,11 @@ Json next_of(const Explanation& explanation) {
             {"time_s", number(limits.time_s.value_or(kMissing))}}}};
 }
 
-// What was not fitted is a hypothesis with one effect more: there acts what acts in it.
 Json inclusion_of(const Explanation& explanation) {
-  std::map<std::string, double> inclusion;
-  double fitted = 0.0;
-  for (const Explained& hypothesis : explanation.hypotheses) fitted += hypothesis.probability;
-  for (const Explained& hypothesis : explanation.hypotheses)
-    for (const std::string& name : std::set<std::string>(hypothesis.effects.begin(), hypothesis.effects.end()))
-      inclusion[name] += hypothesis.probability;
-  for (const auto& [name, probability] : explanation.coefficients_off)
-    if (probability > kPolicy.show.possible) inclusion["coefficient:" + name] = probability;
   Json result = Json::object();
-  for (const auto& [name, probability] : inclusion) result[name] = number(std::min(probability / fitted, 1.0));
+  for (const auto& [name, probability] : inclusion(explanation))
+    if (!name.starts_with(coefficient_in_inclusion("")) || probability > kPolicy.show.possible)
+      result[name] = number(probability);
   return result;
 }
 
@@ -241,10 +234,9 @@ Json to_json(const Explanation& explanation) {
               {"tactical_diameter_L", number(b->diameter_L)},
               {"ci95", {number(b->low_L), number(b->high_L)}}};
   Json locate = to_json(explanation.findings), hypotheses = Json::array(), sets = Json::array();
-  for (const Explained& hypothesis : explanation.hypotheses) {
-    hypotheses.push_back(to_json(hypothesis));
-    sets.push_back({{"names", hypothesis.effects}, {"probability", number(hypothesis.probability)}});
-  }
+  for (const Explained& hypothesis : explanation.hypotheses) hypotheses.push_back(to_json(hypothesis));
+  for (const ProbableSet& set : probable_sets(explanation))
+    sets.push_back({{"names", set.names}, {"probability", number(set.probability)}, {"in_95", set.is_credible}});
   Json ships = Json::object();
   for (const auto& [recording, effects] : explanation.effects_in) ships[recording] = ship_file(recording);
   Json currents = Json::object();
@@ -265,6 +257,7 @@ Json to_json(const Explanation& explanation) {
       {"inclusion", inclusion_of(explanation)},
       {"bootstrap", explanation.bootstrap ? to_json(*explanation.bootstrap) : Json()},
       {"sets", sets},
+      {"not_fitted", number(explanation.hypotheses.empty() ? kMissing : not_fitted(explanation))},
       {"chosen", explanation.chosen},
       {"unknown_kind", kind != nullptr ? Json(word(kind->on)) : Json()},
       {"unknown_argument", kind != nullptr ? argument_of(*kind) : Json()},

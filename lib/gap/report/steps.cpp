@@ -118,6 +118,11 @@ std::string advice_on(const std::vector<std::string>& named, const Explanation& 
                            ? ", and was another one each time: ship-RECORDING.json have it, and ship.json the mean"
                            : ", and ship.json has it for such conditions",
                        to_record(outside));
+  if (!explanation.withheld.empty())
+    return fmt::format(
+        "ask what was different in the held-out recordings: with {} free runs over them err more. Until then {}",
+        fmt::join(explanation.withheld, ", "),
+        changes_ship(explanation) ? "use ship.json, which is without" : "keep the ship file");
   if (outside.empty()) return "use ship.json as long as the ship is so; with the cause mended, the ship file";
   return "use ship.json as long as the ship is so and where the same comes from outside: it has both. With the cause "
          "mended, or elsewhere, take that effect out of ship.json" +
@@ -182,14 +187,18 @@ std::string check_of_one(const Explanation& explanation) {
              : "";
 }
 
+// Whether faults of sensors that are not distinguished come first.
+bool are_sensors_open(const Explanation& explanation, const Explained* what) {
+  return !explanation.findings.audit.faults.empty() && what != nullptr && !what->confusable_with.empty() &&
+         !what->separating_maneuver.empty();
+}
+
 // What to record next; empty where nothing would tell more.
 std::string next_step(const Explanation& explanation, const Explained* what) {
   const Findings& findings = explanation.findings;
   if (!findings.conventions.contradicted.empty()) return "";
-  if (!findings.audit.faults.empty())
-    return findings.corrected && what != nullptr && !what->confusable_with.empty() && !what->separating_maneuver.empty()
-               ? "record " + what->separating_maneuver
-               : "";
+  if (!findings.audit.faults.empty() && !findings.corrected) return "";
+  if (are_sensors_open(explanation, what)) return "record " + what->separating_maneuver;
   return explanation.next ? next_recording(*explanation.next, explanation.p_right) : "";
 }
 
@@ -227,9 +236,10 @@ std::vector<Step> steps(const Findings& findings) {
 }
 
 std::vector<Step> steps(const Explanation& explanation) {
-  const std::string next = next_step(explanation, chosen_of(explanation));
+  const Explained* what = chosen_of(explanation);
+  const std::string next = next_step(explanation, what);
   return {{"Do", advice(explanation) + check_of_one(explanation), use_of_ship(explanation)},
-          {"Next", next, next.empty() ? "" : plan(explanation)}};
+          {"Next", next, next.empty() || are_sensors_open(explanation, what) ? "" : plan(explanation)}};
 }
 
 }  // namespace leeway::gap

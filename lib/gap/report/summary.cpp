@@ -332,8 +332,10 @@ void add_errors(Screen& screen, const Explanation& explanation) {
                           fall.empty() ? "do not all fall" : "fall " + fall, fmt::join(told, ", ")),
               3);
   if (!explanation.effects.empty())
-    screen.item("", fmt::format("what was named {}", gain_words(explanation.heldout_gain, explanation.heldout_gain_sd)),
-                1);
+    screen.item("",
+                fmt::format("what was named {}{}", gain_words(explanation.heldout_gain, explanation.heldout_gain_sd),
+                            explanation.heldout_is_given ? ", of the fitted recordings in turn" : ""),
+                2);
 }
 
 }  // namespace

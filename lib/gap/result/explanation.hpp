@@ -42,6 +42,10 @@ struct Explained {
   double heldout_gain_sd = 0.0;      ///< its standard error
   bool converged = false;
   bool is_chosen = false;  ///< whether it is what is claimed
+  /// Odds of one effect more, of which too little was expected to fit it, against this hypothesis alone.
+  std::map<std::string, double> unseen{};
+  /// With this hypothesis, the probability that a coefficient is off by far more than the ship file states.
+  std::map<std::string, double> coefficients_off{};
   std::vector<ExplainedParameter> parameters;
   std::vector<std::string> confusable_with;   ///< names of hypotheses that the recordings do not exclude against this
   std::vector<Said> said{};                   ///< of each effect and fault
@@ -102,16 +106,15 @@ struct Explanation {
   Findings findings;
   Verdict verdict = Verdict::undecided;
   double p_value = 1.0;
-  std::string reason;                 ///< why it is undecided, to a person; empty where it is not
-  std::vector<Explained> hypotheses;  ///< most probable first; "none" is one of them
-  /// Coefficients that may be off by far more than the ship file states, as no effect's name fits, and how probably.
-  std::map<std::string, double> coefficients_off;
+  std::string reason;                                  ///< why it is undecided, to a person; empty where it is not
+  std::vector<Explained> hypotheses;                   ///< most probable first; "none" is one of them
   std::vector<std::string> chosen;                     ///< names; "unknown" where the catalogue does not hold it
   bool is_complete = true;                             ///< whether nothing significant is left beside what was chosen
   double left_p_value = 1.0;                           ///< of what is left then
   std::vector<LatentForce> unknown_kinds;              ///< what that may be by what it depends on, the likeliest first
   std::vector<ParameterShift> parameters;              ///< of the ship, with what was chosen
   std::vector<EffectEntry> effects;                    ///< that ship.json has more than the ship
+  std::vector<std::string> withheld;                   ///< chosen effects that make the given held-out recordings worse
   std::vector<CoefficientFactor> coefficient_factors;  ///< and these, if it then follows what is left out better
   std::optional<Calibration> calibration;              ///< where coefficients alone were asked for
   /// By recording, where they differ: what acts there.

@@ -39,6 +39,8 @@ struct FittedCoefficient {
   std::string name;
   bool is_absolute = false;            ///< the file states an absolute uncertainty: `by` is nothing then
   bool is_form = false;                ///< a term of another form of the same force
+  bool may_be_far = false;             ///< whether it may be off by far more than stated, with a probability
+  double far_off = 0.0;                ///< which is this one
   double stated_sd = 0.0;              ///< of the logarithm, or absolute
   double shift = 0.0, shift_sd = 0.0;  ///< of the logarithm, or absolute
   FileFactor by;

@@ -204,7 +204,7 @@ class BeforeAfterRuns {
     explanation_.log_error_with_network = learned_.log_error_with;
   }
 
-  // A network and coefficients, where the given recordings get worse with them than with the ship as it was.
+  // A network, coefficients and effects, where the given recordings get worse with them than with the ship as it was.
   void take_back_what_fails(const Campaign& given, const std::vector<Smoothed>& starts) {
     const auto error = [&](const Ship& ship) {
       return log_error(free_runs(given, starts, {{ship, whole_runs(given)}}, jobs_));
@@ -230,6 +230,24 @@ class BeforeAfterRuns {
       explanation_.coefficient_factors.clear();
       with_ = without_factors(with_);
     }
+    // That without which they err least goes first.
+    for (double by = 0.0; changes_effects() && (by = rise()) > kPolicy.show.worthwhile_fall;) {
+      const std::size_t first = of_.ship.effects.size();
+      std::vector<double> without;
+      for (std::size_t i = first; i < with_.effects.size(); ++i) without.push_back(error(without_effect(with_, i)));
+      const auto place = first + static_cast<std::size_t>(std::ranges::min_element(without) - without.begin());
+      const std::string name = with_.effects[place].type;
+      explanation_.withheld.push_back(name);
+      notice(name, by);
+      with_ = without_effect(with_, place);
+    }
+    explanation_.effects = added(with_, of_.campaign.ship);
+  }
+
+  bool changes_effects() const { return with_.effects.size() > of_.ship.effects.size(); }
+  static Ship without_effect(Ship ship, std::size_t place) {
+    ship.effects.erase(ship.effects.begin() + static_cast<std::ptrdiff_t>(place));
+    return ship;
   }
 
   void write_ship() {

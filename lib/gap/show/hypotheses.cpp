@@ -174,7 +174,8 @@ SensorHypothesis sensor_hypothesis(const Findings& findings) {
   sensors.effects = sensors_claimed(findings);
   const auto add = [&](Said said, double p_value) {
     sensors.said.push_back(std::move(said));
-    found.all_chance = 1.0 - (1.0 - found.all_chance) * (1.0 - std::clamp(p_value, 0.0, 1.0));
+    const double odds = least_odds_of_nothing(p_value);
+    found.all_chance = 1.0 - (1.0 - found.all_chance) / (1.0 + odds);
   };
   for (const Reading& reading : findings.conventions.contradicted) {
     add({"convention", capitalized(reading.claim()) + ".", ""}, 0.0);
@@ -233,13 +234,13 @@ void mark_chosen(Explanation& explanation) {
   if (what != nullptr) what->is_chosen = true;
 }
 
-// Coefficients that are off in one hypothesis, with its probability.
-void add_coefficients_off(Explanation& explanation, const FittedNull& fit, double probability) {
+std::map<std::string, double> coefficients_off(const FittedNull& fit) {
   const Eigen::VectorXd off =
       file_evidence(fit.total, fit.theta, widths_by_scale(fit.stated, fit.parameters, fit.effects)).off;
+  std::map<std::string, double> result;
   for (Eigen::Index i = 0; i < off.size(); ++i)
-    if (off[i] > 0.0)
-      explanation.coefficients_off[fit.parameters[static_cast<std::size_t>(i)].name] += probability * off[i];
+    if (off[i] > 0.0) result[fit.parameters[static_cast<std::size_t>(i)].name] = off[i];
+  return result;
 }
 
 // Where the simulator errs by no more than forms of forces do, and no terms are chosen, terms are other forms of the
@@ -265,8 +266,13 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, s
   const std::vector<Fitted>& all = comparison.all();
   for (const Fitted& fitted : all) explanation.hypotheses.push_back(explained(fitted, all.front(), campaign));
   const std::vector<double> probabilities = without_other_forms(comparison.probabilities(), all, chosen);
-  for (std::size_t i = 0; i < all.size(); ++i) explanation.hypotheses[i].probability = probabilities[i];
-  for (std::size_t i = 0; i < all.size(); ++i) add_coefficients_off(explanation, all[i].fit, probabilities[i]);
+  const std::vector<Unseen> unseen = comparison.unseen_effects();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Explained& hypothesis = explanation.hypotheses[i];
+    hypothesis.probability = probabilities[i];
+    hypothesis.unseen = unseen[i];
+    hypothesis.coefficients_off = coefficients_off(all[i].fit);
+  }
   limit_unknown(explanation);
   note_unconverged_none(explanation, all);
   explanation.p_right = *std::ranges::max_element(probabilities);

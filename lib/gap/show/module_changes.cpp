@@ -203,12 +203,11 @@ bool is_of_module(const std::string& coefficient, const std::string& module) {
   return coefficient.size() > module.size() && coefficient.starts_with(module) && coefficient[module.size()] == '.';
 }
 
-std::vector<std::string> modules_of(const std::vector<UncertainParameter>& parameters) {
+std::vector<std::string> modules_of(std::span<const UncertainParameter> coefficients) {
   std::vector<std::string> modules;
-  for (const UncertainParameter& p : parameters) {
+  for (const UncertainParameter& p : coefficients) {
     const std::string module = p.name.substr(0, p.name.find('.'));
-    if (p.name != kTiming && std::find(modules.begin(), modules.end(), module) == modules.end())
-      modules.push_back(module);
+    if (std::find(modules.begin(), modules.end(), module) == modules.end()) modules.push_back(module);
   }
   return modules;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ UsualConditions usual_conditions(const Campaign& campaign, const std::vector<Smo
 /// Whether a coefficient belongs to a module: names begin with it.
 bool is_of_module(const std::string& coefficient, const std::string& module);
 /// The modules of a ship's coefficients, "inertia", "hull", ..., each once.
-std::vector<std::string> modules_of(const std::vector<UncertainParameter>& parameters);
+std::vector<std::string> modules_of(std::span<const UncertainParameter> coefficients);
 
 /// The quantities of a module that differ between the ship as its file has it and with theta, the surest first;
 /// intervals by the linear spread of theta's covariance.

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <span>
+#include <string>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,6 +16,7 @@
 #include "gap/decide/ship_file.hpp"
 #include "gap/fit/climb.hpp"
 #include "gap/policy/policy.hpp"
+#include "gap/result/inclusion.hpp"
 #include "gap/result/numbers.hpp"
 #include "gap/show/left_out.hpp"
 #include "gap/show/module_changes.hpp"
@@ -52,7 +56,7 @@ class FileJudge {
   FileJudge(const Answered& answered)
       : of_(answered),
         fit_(answered.answer.fit),
-        names_(modules_of(fit_.parameters)),
+        names_(modules_of(std::span(fit_.parameters).first(static_cast<std::size_t>(count())))),
         usual_(usual_conditions(answered.campaign, fit_.smoothed)) {}
 
   // Each module alone; then those that are off, one after another beside those before: what another module can do as
@@ -90,14 +94,18 @@ class FileJudge {
                                       coefficients(posterior_covariance(with.fit)), usual_);
   }
 
-  std::vector<FittedCoefficient> fitted_coefficients() const {
+  //   included  the probability that each is off by far more than stated, by its name there
+  std::vector<FittedCoefficient> fitted_coefficients(const std::map<std::string, double>& included) const {
     const Eigen::MatrixXd covariance = of_.answer.kappa * posterior_covariance(fit_);
     std::vector<FittedCoefficient> result;
     for (Eigen::Index i = 0; i < count(); ++i) {
       const UncertainParameter& p = fit_.parameters[static_cast<std::size_t>(i)];
+      const auto far_off = included.find(coefficient_in_inclusion(p.name));
       FittedCoefficient c{p.name,
                           p.is_absolute,
                           p.is_form,
+                          !p.is_absolute && (p.may_be_far_more || p.may_be_far_less),
+                          far_off == included.end() ? 0.0 : far_off->second,
                           p.sd,
                           fit_.theta[i],
                           std::sqrt(covariance(i, i)),
@@ -218,7 +226,7 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
   judge.judge(file);
   const bool is_stated = !answered.ship.uncertainty.empty() || answered.ship.coefficient_covariance.has_value();
   std::vector<std::string> told;
-  const std::vector<FittedCoefficient> coefficients = judge.fitted_coefficients();
+  const std::vector<FittedCoefficient> coefficients = judge.fitted_coefficients(inclusion(explanation));
   // Of a calibration the coefficients are told as they were fitted together.
   if (!explanation.calibration)
     for (const CalibratedModule& module : file.off)

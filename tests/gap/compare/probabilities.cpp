@@ -36,7 +36,7 @@ TEST_CASE("probabilities: what was screened beside a hypothesis and not fitted h
   std::vector<double> odds;
   for (std::size_t i = 0; i < all.size(); ++i) odds.push_back(std::exp(gap::log_odds(all, i)));
   const double sum = std::accumulate(odds.begin(), odds.end(), 0.0);
-  const std::vector<double> plain = gap::probabilities(all, {}, ship);
+  const std::vector<double> plain = gap::probabilities(all, gap::unseen_effects(all, {}, ship));
   CHECK(std::accumulate(plain.begin(), plain.end(), 0.0) == Approx(1.0));
   CHECK(plain[1] == Approx(odds[1] / sum));
 
@@ -46,7 +46,7 @@ TEST_CASE("probabilities: what was screened beside a hypothesis and not fitted h
   const double more = std::exp(gap::log_prior_odds_of_one(1));
   const double beside_current = (std::exp(-1.0) + 1.0) * more, beside_waves = std::exp(-3.0) * more;
   const double total = (odds[0] + odds[1] + odds[3]) * (1.0 + beside_current) + odds[2] * (1.0 + beside_waves);
-  const std::vector<double> stated = gap::probabilities(all, screened, ship);
+  const std::vector<double> stated = gap::probabilities(all, gap::unseen_effects(all, screened, ship));
   for (std::size_t i = 0; i < all.size(); ++i) {
     CAPTURE(i);
     CHECK(stated[i] == Approx(odds[i] / total));

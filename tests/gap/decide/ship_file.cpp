@@ -6,8 +6,22 @@
 
 using namespace leeway::gap;
 
-TEST_CASE("ship file: a coefficient is off where its interval lies beyond two stated standard deviations",
+TEST_CASE("ship file: a coefficient is off where it is likelier off by far more than stated than not",
           "[gap][decide]") {
+  FittedCoefficient c;
+  c.stated_sd = 0.1;
+  c.may_be_far = true;
+  c.shift = std::log(1.5);  // wherever it is
+  c.shift_sd = 0.02;
+  c.far_off = 0.49;
+  CHECK_FALSE(is_off(c));
+  c.far_off = 0.51;
+  CHECK(is_off(c));
+}
+
+TEST_CASE(
+    "ship file: what has no such probability is off where its interval lies beyond two stated standard deviations",
+    "[gap][decide]") {
   FittedCoefficient c;
   c.stated_sd = 0.1;
   c.shift = std::log(1.3);

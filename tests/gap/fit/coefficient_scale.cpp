@@ -59,7 +59,8 @@ TEST_CASE("common scale: the evidence is that of all scales and of all that may 
       if (wide.sd()[i] > one.prior.sd()[i])
         here += gap::kPolicy.fit.slab_odds / 3.0 * std::exp(gap::marginal(evidence, theta, wide));
     }
-    sum += std::exp(one.log_weight) * here / (1.0 + gap::kPolicy.fit.slab_odds);
+    // Two of them are as good as excluded here.
+    sum += std::exp(one.log_weight) * here / std::pow(1.0 + gap::kPolicy.fit.slab_odds / 3.0, 3.0);
   }
   CHECK(gap::file_evidence(evidence, theta, widths).log_evidence == Approx(std::log(sum)).epsilon(1e-9));
 }
@@ -81,4 +82,33 @@ TEST_CASE("common scale: a file that is wrong throughout is a worse file, one co
   CHECK(one.off[3] > 0.99);
   CHECK(one.likeliest.prior.sd()[3] > 0.5);
   CHECK(one.off.sum() - one.off[3] < 0.1);
+}
+
+TEST_CASE("common scale: two coefficients that are off by far more are both so, and the file is no worse for it",
+          "[gap]") {
+  constexpr Eigen::Index kCoefficients = 20;
+  const std::vector<gap::UncertainParameter> all = parameters(kCoefficients, 0.1);
+  const std::vector<gap::PriorWidths> widths = gap::widths_by_scale(stated(all), all, 0);
+  const Eigen::VectorXd there = Eigen::VectorXd::Zero(kCoefficients + 1);
+  Eigen::VectorXd off = there;
+  for (Eigen::Index i = 0; i < kCoefficients; ++i) off[i] = i % 2 == 0 ? 0.05 : -0.05;
+  off[3] = 0.6;
+  off[8] = -0.7;
+  const gap::FileEvidence both = gap::file_evidence(known(off, 0.01), there, widths);
+  CHECK(both.likeliest.scale < 1.2);
+  CHECK(both.off[3] > 0.99);
+  CHECK(both.off[8] > 0.99);
+  CHECK(both.off.sum() < 2.1);
+  // A pair in the place of one is what two priors at these values make it: the sums of both orders agree.
+  Eigen::VectorXd swapped = off;
+  std::swap(swapped[3], swapped[8]);
+  CHECK(gap::file_evidence(known(swapped, 0.01), there, widths).log_evidence ==
+        Approx(both.log_evidence).epsilon(1e-9));
+  // Where recordings know the sum of two alone, one of them is off and not both.
+  off[3] = off[8] = 0.0;
+  gap::Evidence sum_alone = known(off, 0.01);
+  sum_alone.F(3, 8) = sum_alone.F(8, 3) = sum_alone.F(3, 3);
+  sum_alone.b[3] = sum_alone.b[8] = 0.8 * sum_alone.F(3, 3);
+  const gap::FileEvidence either = gap::file_evidence(sum_alone, there, widths);
+  CHECK(either.off[3] + either.off[8] == Approx(1.0).margin(0.2));
 }

@@ -23,7 +23,28 @@ const hypothesesSection = ({explanation}) => {
   if (others >= WORTH_A_ROW)
     rows.push({first: true, h: {name: 'others', probability: others, converged: null, log_evidence: null}});
   part.append(hypothesesTable(rows));
+  inclusionBars(part, explanation.inclusion);
   priorBars(part, rows.filter(({h, p}) => p && isKnown(p.prior95?.[0]) && h.chosen));
+};
+
+// Over all hypotheses, also those that were not fitted.
+const inclusionBars = (part, inclusion) => {
+  const shown = Object.entries(inclusion)
+                    .filter(([, p]) => p >= WORTH_A_ROW)
+                    .sort(([, a], [, b]) => b - a)
+                    .slice(0, MOST_HYPOTHESES);
+  if (shown.length === 0) return;
+  bars(
+      part, 'how probably each acts',
+      shown.map(([name, p]) => ({
+                  label: name.replace('coefficient:', 'off: '),
+                  value: p,
+                  color: COLOR.grey,
+                  tip: name.startsWith('coefficient:') ?
+                      `${short(p)}: ${name.slice('coefficient:'.length)} is off by far more than the ship file states` :
+                      `${short(p)}: ${name} acts, alone or beside others`,
+                })),
+      {axis: 'probability that it acts, whatever else does (off: a coefficient, by far more than the ship file states)', min: 0, max: 1});
 };
 
 // A row for each parameter; the first one of a hypothesis shows the hypothesis.
