@@ -42,8 +42,9 @@ TEST_CASE("gap-explain: the ship that it writes runs in the simulator", "[cli][g
   CHECK(bootstrap.at("campaigns").get<int>() + bootstrap.at("failed").get<int>() == 2);
   CHECK(bootstrap.at("truths").size() >= 1);
   double all = 0.0;
-  for (const io::Json& set : thorough.at("sets")) all += set.at("probability").get<double>();
+  for (const io::Json& one : thorough.at("hypotheses")) all += one.at("probability").get<double>();
   CHECK(all <= 1.0 - bootstrap.at("not_fitted").get<double>() + 1e-9);
+  CHECK(thorough.at("not_fitted").get<double>() >= bootstrap.at("not_fitted").get<double>() - 1e-9);
   CHECK(json.at("bootstrap").is_null());
 }
 
@@ -55,6 +56,15 @@ TEST_CASE("gap-explain: options that do not go together are a wrong command line
     CHECK(outcome.exit_code == 2);
     CHECK_THAT(outcome.err, Contains("--thorough") || Contains("--campaigns"));
   }
+}
+
+TEST_CASE("gap-explain: one effect at most, if no more are asked for", "[cli][gap]") {
+  const test::TemporaryFolder folder;
+  REQUIRE(run(folder, "mmg-sim zigzag --ship esso-osaka-3m --duration-s 100 --quiet -o z.csv").exit_code == 0);
+  REQUIRE(run(folder, "gap-explain --ship esso-osaka-3m z.csv --refits 1 --most-effects 1 --quiet -o out").exit_code ==
+          0);
+  for (const io::Json& one : io::read_json(folder / "out/report.json").at("hypotheses"))
+    CHECK(one.at("effects").size() <= 1);
 }
 
 TEST_CASE("gap-explain: its results are no standard output", "[cli][gap]") {

@@ -216,10 +216,20 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
     }
   };
   std::optional<Fitted> best;
-  for (std::size_t i = 0; i < std::min(most_starts, starts.size()); ++i) {
-    if (starts[i].log_evidence < starts.front().log_evidence - kPolicy.compare.far_behind_best_start) break;
-    if (auto fitted = fitted_from(starts[i]); fitted && (!best || fitted->log_evidence > best->log_evidence))
+  const auto try_from = [&](const Start& start) {
+    if (auto fitted = fitted_from(start); fitted && (!best || fitted->log_evidence > best->log_evidence))
       best = std::move(fitted);
+  };
+  auto next = starts.begin();
+  for (; next != starts.end() && next - starts.begin() < static_cast<std::ptrdiff_t>(most_starts); ++next) {
+    if (next->log_evidence < starts.front().log_evidence - kPolicy.compare.far_behind_best_start) break;
+    try_from(*next);
+  }
+  // What is the same in all recordings has less to choose, however far behind a linear step leaves it.
+  if (best && best->hypothesis.differs()) {
+    const auto is_same = [](const Start& start) { return !start.hypothesis.differs(); };
+    const auto same = std::find_if(starts.begin(), starts.end(), is_same);
+    if (same != starts.end() && same >= next) try_from(*same);
   }
   if (best) choose_scale(campaign_, *best);
   if (best && begins_and_ends(names) && !begins_and_ends(name_set(all_[from].hypothesis)))
