@@ -23,7 +23,9 @@
 #include "gap/compare/terms.hpp"
 #include "gap/decide/found.hpp"
 #include "gap/gap_locate.hpp"
+#include "gap/report/notices.hpp"
 #include "gap/report/reasons.hpp"
+#include "gap/sensors/channel_quality.hpp"
 #include "gap/show/before_after.hpp"
 #include "gap/show/beyond_recorded.hpp"
 #include "gap/show/hypotheses.hpp"
@@ -280,7 +282,13 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   };
   GapExplainOptions options = given;
   options.locate.progress = progress;
+  const std::optional<Origin> origin = count_from_near(ship, recordings);
+  if (origin) count_from(*origin, heldout);
   add_revolutions(heldout, ship);
+  for (const Trajectory& held : heldout)
+    for (const Trajectory& recording : recordings)
+      if (same_contents(held, recording))
+        throw InputError(held.file, fmt::format("holds the same as {}: what is fitted judges nothing", recording.file));
   if (!heldout.empty()) prepare(ship, heldout, {options.locate.step_s, 0.0});  // refused before the long work
   Analysis analysis(ship, recordings, options);
   Findings& findings = analysis.investigation.findings;
@@ -315,6 +323,9 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   explanation.n_rps = revolutions_of(ship, explanation);
 
   findings.grossly_inconsistent = errs_grossly(answer.fit.report);
+  for (const ChannelQuality& quality : findings.audit.channels)
+    if (quality.frozen_share > 0.0) findings.notices.push_back(frozen_text(quality));
+  if (origin) findings.notices.push_back(counted_from(*origin));
   explanation.notices.insert(explanation.notices.begin(), findings.notices.begin(), findings.notices.end());
   if (!selection.unexcited.empty())
     explanation.notices.push_back(

@@ -4,6 +4,7 @@
 #include "gap/decide/found.hpp"
 #include "gap/detect/screen.hpp"
 #include "gap/locate/locate.hpp"
+#include "gap/policy/policy.hpp"
 #include "gap/report/notices.hpp"
 #include "gap/report/reasons.hpp"
 
@@ -72,18 +73,33 @@ Investigation investigate(const Ship& ship, const std::shared_ptr<const Ensemble
   return result;
 }
 
+void count_as_recorded(const Origin& origin, std::vector<Trajectory>& recordings, Findings& findings) {
+  count_from(origin, recordings, -1.0);
+  findings.notices.push_back(counted_from(origin));
+}
+
 }  // namespace
+
+std::optional<Origin> count_from_near(const Ship& ship, std::vector<Trajectory>& recordings) {
+  const std::optional<Origin> origin = far_origin(recordings, kPolicy.filter.origin_lengths * ship.particulars.L_pp);
+  if (origin) count_from(*origin, recordings);
+  return origin;
+}
 
 Findings gap_locate(const std::shared_ptr<const EnsembleSimulator>& ensemble, std::vector<Trajectory>& recordings,
                     const GapLocateOptions& options) {
+  const std::optional<Origin> origin = count_from_near(ensemble->ship(), recordings);
   Findings findings = investigate(ensemble->ship(), ensemble, recordings, options).findings;
+  if (origin) count_as_recorded(*origin, recordings, findings);
   if (options.progress) options.progress(1.0, "done");
   return findings;
 }
 
 Findings gap_locate(const Ship& ship, std::vector<Trajectory>& recordings, const GapLocateOptions& options) {
+  const std::optional<Origin> origin = count_from_near(ship, recordings);
   Investigation investigation = investigate(ship, recordings, options);
   Findings& findings = investigation.findings;
+  if (origin) count_as_recorded(*origin, recordings, findings);
   findings.grossly_inconsistent =
       is_grossly_inconsistent(findings, investigation.campaign, investigation.null, options.jobs);
   if (findings.grossly_inconsistent) findings.notices.insert(findings.notices.begin(), another_ship(ship));

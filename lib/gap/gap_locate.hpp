@@ -1,8 +1,13 @@
 #pragma once
 
 #include "gap/correct/investigation.hpp"
+#include "recording/origin.hpp"
 
 namespace leeway::gap {
+
+/// Positions on a far grid are counted from near the recordings from now on; from where, or nothing where they are
+/// near.
+std::optional<Origin> count_from_near(const Ship& ship, std::vector<Trajectory>& recordings);
 
 /// All of gap-locate: conventions, audit of the sensors, fit within the stated uncertainty, detection, location.
 /// `recordings` are corrected in place where faults are found. Throws InputError for recordings that cannot be used.

@@ -77,6 +77,16 @@ double mean_sampling_time_s(const Trajectory& trajectory) {
   return t.size() > spans.size() ? sum / static_cast<double>(t.size() - spans.size()) : 0.0;
 }
 
+bool same_contents(const Trajectory& a, const Trajectory& b) {
+  const auto same = [](const std::vector<double>& x, const std::vector<double>& y) {
+    return std::equal(x.begin(), x.end(), y.begin(), y.end(),
+                      [](double p, double q) { return p == q || (std::isnan(p) && std::isnan(q)); });
+  };
+  for (std::size_t c = 0; c < kChannelCount; ++c)
+    if (!same(a.columns[c], b.columns[c])) return false;
+  return true;
+}
+
 void unwrap(std::vector<double>& angle) {
   double previous = kMissing, turns = 0.0;
   for (double& a : angle) {

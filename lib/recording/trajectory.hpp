@@ -154,6 +154,9 @@ std::vector<TimeSpan> spans_between_jumps(const Trajectory& trajectory);
 /// The mean time between two samples of one span; 0 for fewer than two.
 double mean_sampling_time_s(const Trajectory& trajectory);
 
+/// Whether two recordings have the same channels with the same samples.
+bool same_contents(const Trajectory& a, const Trajectory& b);
+
 /// Makes an angle history continuous in place: neighbors differ by less than half a turn; NaN is passed over.
 void unwrap(std::vector<double>& angle);
 

@@ -19,8 +19,8 @@ bool is_off(const FittedCoefficient& c, const Policy& policy) {
 ShipFileState decide_ship_file(const ShipFileFound& found, const Policy& policy) {
   if (found.is_spoiled || !found.converged) return ShipFileState::cannot_tell;
   if (found.is_off) return ShipFileState::off;
-  const bool is_little =
-      found.samples < policy.decide.fewest_samples || found.determined < policy.decide.least_determined;
+  const bool is_little = found.keeps_course || found.samples < policy.decide.fewest_samples ||
+                         found.determined < policy.decide.least_determined;
   return is_little ? ShipFileState::cannot_tell : ShipFileState::as_stated;
 }
 

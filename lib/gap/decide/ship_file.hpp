@@ -19,11 +19,12 @@ bool is_off(const CalibratedModule& module, std::size_t modules, double false_al
 bool is_off(const FittedCoefficient& coefficient, const Policy& policy = kPolicy);
 
 struct ShipFileFound {
-  bool is_off = false;      ///< a module, a coefficient, or all coefficients together
-  bool converged = true;    ///< the fit
-  bool is_spoiled = false;  ///< sensors or readings that are at fault were not corrected
-  std::size_t samples = 0;  ///< scalar measurements
-  double determined = 0.0;  ///< how many of the coefficients the recordings know better than the file states
+  bool is_off = false;        ///< a module, a coefficient, or all coefficients together
+  bool converged = true;      ///< the fit
+  bool keeps_course = false;  ///< all the time: how hull and rudders answer does not show
+  bool is_spoiled = false;    ///< sensors or readings that are at fault were not corrected
+  std::size_t samples = 0;    ///< scalar measurements
+  double determined = 0.0;    ///< how many of the coefficients the recordings know better than the file states
 };
 ShipFileState decide_ship_file(const ShipFileFound& found, const Policy& policy = kPolicy);
 

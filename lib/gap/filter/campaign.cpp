@@ -17,16 +17,6 @@
 namespace leeway::gap {
 namespace {
 
-bool same_contents(const Trajectory& a, const Trajectory& b) {
-  const auto same = [](const std::vector<double>& x, const std::vector<double>& y) {
-    return std::equal(x.begin(), x.end(), y.begin(), y.end(),
-                      [](double p, double q) { return p == q || (std::isnan(p) && std::isnan(q)); });
-  };
-  for (std::size_t c = 0; c < kChannelCount; ++c)
-    if (!same(a.columns[c], b.columns[c])) return false;
-  return true;
-}
-
 struct Point {
   double t_s;
   Vec6 measured;

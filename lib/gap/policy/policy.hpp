@@ -49,6 +49,7 @@ struct FilterPolicy {
   double same_substep = 1e-9;  ///< [substeps] by which a step may be longer | origin: choice, rounding
   double correlated_share = 0.75;  ///< [-] of the judged channels: with fewer correlated ones, none is thinned | origin: choice
   double nearly_a_step = 0.25;  ///< [steps] of the grid by which a distance may fall short of a whole number of them | origin: choice
+  double origin_lengths = 100.0;  ///< [L_pp] to the nearest position: beyond, positions are counted from the first one | origin: measured, at 3 m 330 L change nothing and from 3300 L on forces that change with the place have no digits left
   std::size_t first_points = 5;  ///< [points] that the filter needs before its path is followed | origin: choice
 };
 
@@ -342,6 +343,8 @@ struct ShowPolicy {
   double decisive = 0.95;  ///< [-] of what any could reach: expected probability of the right name from which on a maneuver decides: of those the shortest is named | origin: choice
   double worthwhile_gain = 0.02;  ///< [-] of that probability: a maneuver that gains less is not recommended | origin: choice
   double not_excluded = 0.3;  ///< [-] of its probability: what is not excluded against a hypothesis | origin: choice
+  int judged_interval = 99;  ///< [%] of what the filter expects, in which measurements of given held-out recordings lie | origin: choice
+  double least_inside = 0.9;  ///< [-] of them, below which the recordings are not followed | origin: choice, ten times as many outside as there should be
   double credible = 0.95;  ///< [-] of the probability that the fewest likeliest sets hold together | origin: choice, as intervals
   double possible = 0.01;  ///< [-] probability that is worth a word | origin: choice
   double other_form = 0.2;  ///< [-] of what is called unknown: how often it is an effect of the catalogue that acts in another form | origin: measured, docs/proof.md

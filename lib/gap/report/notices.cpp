@@ -41,6 +41,11 @@ void add_ensemble_notices(const EnsembleSimulator& simulator, Findings& findings
   for (const std::string& notice : simulator.ensemble().notices()) findings.notices.push_back(notice);
 }
 
+std::string counted_from(const Origin& origin) {
+  return fmt::format("the recordings are far from the origin of their positions: places in the results count from {}",
+                     origin.text());
+}
+
 std::string another_ship(const Ship& ship) {
   return fmt::format(
       "parameters moved by more than {:.0f} sd of what is stated, and no effect of the catalogue brings them back; are "

@@ -155,6 +155,8 @@ std::string advice(const Explanation& explanation) {
                                 "file was compared with them corrected"
                               : "repair or correct the sensors, then run again";
   if (explanation.calibration) return advice_on_calibration(explanation);
+  if (!explanation.heldout_is_followed && explanation.chosen.empty())
+    return "ask what was different in the held-out recordings, which are not followed: gap-explain with them alone";
   std::vector<std::string> named = explanation.chosen;
   std::erase(named, name_of_terms());
   const bool is_unknown = has_terms(explanation.chosen);

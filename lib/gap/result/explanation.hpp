@@ -131,6 +131,7 @@ struct Explanation {
   std::vector<FreeTrack> tracks_before, tracks_after;  ///< of what was held out
   std::vector<Residual> residuals_after;               ///< what is left of the residual with what was chosen
   bool heldout_is_given = false;                       ///< false: recordings, or blocks of a few, were left out in turn
+  bool heldout_is_followed = true;                     ///< by ship.json, within the noise of the others; where given
   double heldout_gain = 0.0, heldout_gain_sd = 0.0;    ///< of what was chosen [nats]
   std::optional<Bootstrap> bootstrap;                  ///< where probabilities were made true of simulated campaigns
   /// Where several hypotheses are possible: how certain the best is, and what would distinguish them.

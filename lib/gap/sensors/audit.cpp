@@ -20,10 +20,7 @@ namespace {
 void note_channels(Audit& result) {
   for (const ChannelQuality& quality : result.channels) {
     const std::string_view name = info(quality.channel).name;
-    if (quality.frozen_share > 0.0)
-      result.notices.push_back(
-          fmt::format("{} is frozen in {} of its samples although the ship moves ({}): they are left out", name,
-                      percent(quality.frozen_share), fmt::join(quality.frozen_in, ", ")));
+    if (quality.frozen_share > 0.0) result.notices.push_back(frozen_text(quality));
     if (quality.missing_share > 0.0)
       result.notices.push_back(fmt::format("{} lacks {} of its samples", name, percent(quality.missing_share)));
   }

@@ -6,10 +6,12 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/linear_algebra.hpp"
 #include "core/statistics.hpp"
 #include "gap/policy/policy.hpp"
+#include "gap/result/numbers.hpp"
 #include "gap/sensors/kinematic_windows.hpp"
 
 namespace leeway::gap {
@@ -257,6 +259,11 @@ std::vector<std::string> suspect_actuators(const Trajectory& recording, const Fr
         column_name(channel), t[longest->begin], t[longest->end - 1]));
   }
   return result;
+}
+
+std::string frozen_text(const ChannelQuality& quality) {
+  return fmt::format("{} is frozen in {} of its samples although the ship moves ({}): they are left out",
+                     info(quality.channel).name, percent(quality.frozen_share), fmt::join(quality.frozen_in, ", "));
 }
 
 Trajectory without_frozen(const Trajectory& recording, const FroudeScale& scale) {

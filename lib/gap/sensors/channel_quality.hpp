@@ -17,6 +17,9 @@ namespace leeway::gap {
 /// median keeps that small.
 std::vector<ChannelQuality> channel_qualities(const std::vector<Trajectory>& recordings, const FroudeScale& scale);
 
+/// That a channel is frozen, and where.
+std::string frozen_text(const ChannelQuality& quality);
+
 /// Whether no channel of the motion ever changes.
 bool is_at_rest(const Trajectory& recording);
 

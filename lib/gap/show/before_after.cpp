@@ -8,6 +8,7 @@
 #include "gap/compare/terms.hpp"
 #include "gap/locate/residuals.hpp"
 #include "gap/policy/policy.hpp"
+#include "gap/result/numbers.hpp"
 #include "gap/sensors/audit.hpp"
 #include "gap/sensors/conventions.hpp"
 #include "gap/show/free_runs.hpp"
@@ -96,6 +97,13 @@ class BeforeAfterRuns {
     add_likelihood(explanation_.heldout.after, followed_after, runs);
     explanation_.tracks_before = free_tracks(before, starts, {{of_.ship, runs}});
     explanation_.tracks_after = free_tracks(before, starts, {{with_, runs}});
+    const double inside = explanation_.heldout.after.coverage.at(kPolicy.show.judged_interval);
+    explanation_.heldout_is_followed = !(inside < kPolicy.show.least_inside);
+    if (!explanation_.heldout_is_followed)
+      explanation_.notices.push_back(fmt::format(
+          "the held-out recordings are not followed: {} of what they measure lies within the interval of {} % of what "
+          "the filter expects with ship.json",
+          percent(inside), kPolicy.show.judged_interval));
   }
 
   /// Of each part, with what was fitted to the others.
@@ -161,12 +169,28 @@ class BeforeAfterRuns {
     if (takes_coefficients_)
       explanation_.coefficient_factors =
           coefficient_changes(fit_, fit_.theta, calibration ? 0.0 : kPolicy.show.same_log_factor);
-    if (calibration) *calibration = {are_better, fit_.scale, covariance_of_coefficients()};
+    leave_out_what_no_ship_has();
+    if (calibration) *calibration = {are_better && takes_coefficients_, fit_.scale, covariance_of_coefficients()};
     if (calibration && !are_better)
       explanation_.notices.emplace_back(
           "what was left out in turn is not followed better with the fitted coefficients, beyond chance: ship.json has "
           "them, since they were asked for");
     with_.multiply(explanation_.coefficient_factors);
+  }
+
+  // Coefficients beyond what a ship file may hold: such recordings are of something else.
+  void leave_out_what_no_ship_has() {
+    std::vector<CoefficientFactor>& factors = explanation_.coefficient_factors;
+    const auto beyond = std::ranges::find_if(factors, [](const CoefficientFactor& by) {
+      return by.shift == 0.0 && (by.factor < kFactorRange.low || by.factor > kFactorRange.high);
+    });
+    if (beyond == factors.end()) return;
+    explanation_.notices.push_back(fmt::format(
+        "ship.json has no coefficients fitted anew: {} would be {:.3g} times what the file has, a factor from {:g} to "
+        "{:g} is possible; are these recordings of this ship, in the stated units?",
+        beyond->name, beyond->factor, kFactorRange.low, kFactorRange.high));
+    factors.clear();
+    takes_coefficients_ = false;
   }
 
   Ship::JointUncertainty covariance_of_coefficients() const {

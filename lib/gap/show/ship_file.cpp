@@ -14,6 +14,7 @@
 #include "core/linear_algebra.hpp"
 #include "effects/description.hpp"
 #include "gap/decide/ship_file.hpp"
+#include "gap/detect/effect_library.hpp"
 #include "gap/fit/climb.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/result/inclusion.hpp"
@@ -57,7 +58,11 @@ class FileJudge {
       : of_(answered),
         fit_(answered.answer.fit),
         names_(modules_of(std::span(fit_.parameters).first(static_cast<std::size_t>(count())))),
-        usual_(usual_conditions(answered.campaign, fit_.smoothed)) {}
+        usual_(usual_conditions(answered.campaign, fit_.smoothed)),
+        keeps_course_(!Identifiable(answered.campaign, answered.null).has_answers()) {}
+
+  // Whether nothing can be said of how hull and rudders answer, since a course was held by what the sensors say.
+  bool keeps_course() const { return keeps_course_; }
 
   // Each module alone; then those that are off, one after another beside those before: what another module can do as
   // well is not told twice.
@@ -70,6 +75,7 @@ class FileJudge {
         file.modules.push_back(alone->module);
     std::stable_sort(file.modules.begin(), file.modules.end(),
                      [](const CalibratedModule& a, const CalibratedModule& b) { return a.gain > b.gain; });
+    if (keeps_course_) return;
     Modules off;
     Fitted with = *stated;
     for (;;) {
@@ -153,6 +159,7 @@ class FileJudge {
   const FittedNull& fit_;
   const std::vector<std::string> names_;
   const UsualConditions usual_;
+  const bool keeps_course_;
 };
 
 // "resistance at 1.18 m/s 19 % too high (57 N, 48 +- 2 N fit)".
@@ -244,12 +251,14 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
   }
   const bool together =
       explanation.calibration ? explanation.calibration->helps : !explanation.coefficient_factors.empty();
-  if (told.empty() && together) told.emplace_back("several coefficients together, none of them alone");
+  if (told.empty() && together && !judge.keeps_course())
+    told.emplace_back("several coefficients together, none of them alone");
 
   const Findings& findings = answered.findings;
   ShipFileFound found;
   found.is_off = !told.empty();
   found.converged = answered.answer.fit.report.converged;
+  found.keeps_course = judge.keeps_course();
   found.is_spoiled =
       !findings.corrected && !(findings.audit.faults.empty() && findings.conventions.contradicted.empty());
   found.samples = answered.answer.fit.report.samples;
@@ -267,7 +276,9 @@ ShipFile judge_ship_file(const Answered& answered, const Explanation& explanatio
       file.findings.clear();
       file.sentence = found.is_spoiled   ? "Of the ship file nothing can be said before the sensors are corrected."
                       : !found.converged ? "Of the ship file nothing can be said: the fit has not converged."
-                                         : "Too little was recorded to judge the ship file.";
+                      : found.keeps_course
+                          ? "A course was held all the time: how hull and rudders answer cannot be judged."
+                          : "Too little was recorded to judge the ship file.";
       break;
   }
   return file;

@@ -63,6 +63,9 @@ TEST_CASE("ship file: what is not known is not called as stated", "[gap][decide]
   found.samples = 100;
   CHECK(decide_ship_file(found) == ShipFileState::cannot_tell);
   found.samples = 5000;
+  found.keeps_course = true;
+  CHECK(decide_ship_file(found) == ShipFileState::cannot_tell);
+  found.keeps_course = false;
   found.converged = false;
   CHECK(decide_ship_file(found) == ShipFileState::cannot_tell);
 }
