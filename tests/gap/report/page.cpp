@@ -154,7 +154,7 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
   if (skip_without_browser()) return;
   const io::Json page =
       test::Browser().read(report_html(test::current_explanation(), "What esso-osaka-3m lacks", "gap-explain -o DIR"));
-  check_drawn(page, 21);  // three of them velocities before and after
+  check_drawn(page, 22);  // three of them velocities before and after
   CHECK(page["title"] == "What esso-osaka-3m lacks");
   const io::Json& verdict = page["sections"][0];
   CHECK(verdict["heading"] == "mismatchA current of 0.0999 m/s towards -89.8 deg explains the difference.");
@@ -179,8 +179,11 @@ TEST_CASE("report.html of gap-explain in a browser: a reader finds what is missi
             {"", "", "", "", "", "current_set_deg", "−89.78 ± 0.26 deg", "−90.29 to −89.27"},
             {"unmeasured-wind", "0.14", "476", "converged", "12 ± 4", "wind_speed_mps", "2.7 ± 0.5 m/s", "1.7 to 3.7"},
             {"nothing", "1.0e-9", "0", "not converged", "0", "", "", ""}});
+  const io::Json& each = missing["charts"][1];
+  CHECK(each["labels"] == Row{"steady-current", "unmeasured-wind"});
+  CHECK(each["tips"][0] == "steady-current\n0.857: steady-current acts, alone or beside others");
   // Of what was chosen alone, as shares of what was believed before.
-  const io::Json& learnt = missing["charts"][1];
+  const io::Json& learnt = missing["charts"][2];
   CHECK(learnt["labels"] == Row{"current_speed_mps", "current_set_deg"});
   CHECK_THAT(learnt["values"][0][0].get<double>(), WithinAbs(0.0975 / 0.4, 1e-12));
   CHECK_THAT(learnt["values"][1][1].get<double>(), WithinAbs((180.0 - 89.27) / 360.0, 1e-12));
@@ -266,7 +269,7 @@ TEST_CASE("report.html in a browser: hostile names of ships and files are read a
   };
   const io::Json locate = located(hostile), explain = explained(hostile);
   check_drawn(locate, 12);
-  check_drawn(explain, 21);
+  check_drawn(explain, 22);
   // Not one element or attribute more than under harmless names.
   CHECK(locate["structure"] == located(plain)["structure"]);
   CHECK(explain["structure"] == explained(plain)["structure"]);
