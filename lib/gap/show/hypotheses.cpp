@@ -345,6 +345,7 @@ void add_sensors(Explanation& explanation, const Findings& findings) {
   Explained nothing = *std::find_if(explanation.hypotheses.begin(), explanation.hypotheses.end(),
                                     [](const Explained& hypothesis) { return hypothesis.effects.empty(); });
   nothing.probability = all_chance;
+  explanation.p_right *= 1.0 - all_chance;
   for (Explained& hypothesis : explanation.hypotheses) {
     hypothesis.probability *= 1.0 - all_chance;
     hypothesis.said.insert(hypothesis.said.begin(), sensors.said.begin(), sensors.said.end());
