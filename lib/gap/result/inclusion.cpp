@@ -63,6 +63,7 @@ std::vector<ProbableSet> probable_sets(const Explanation& explanation) {
     }
   }
   std::vector<Shared> ordered;
+  ordered.reserve(sets.size());
   for (auto& [key, one] : sets) ordered.push_back(std::move(one));
   std::ranges::stable_sort(ordered, std::greater(), &Shared::probability);
   std::vector<ProbableSet> result;
