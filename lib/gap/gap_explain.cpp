@@ -284,11 +284,11 @@ Explanation gap_explain(const Ship& ship, std::vector<Trajectory>& recordings, s
   options.locate.progress = progress;
   const std::optional<Origin> origin = count_from_near(ship, recordings);
   if (origin) count_from(*origin, heldout);
-  add_revolutions(heldout, ship);
   for (const Trajectory& held : heldout)
     for (const Trajectory& recording : recordings)
       if (same_contents(held, recording))
         throw InputError(held.file, fmt::format("holds the same as {}: what is fitted judges nothing", recording.file));
+  add_revolutions(heldout, ship);
   if (!heldout.empty()) prepare(ship, heldout, {options.locate.step_s, 0.0});  // refused before the long work
   Analysis analysis(ship, recordings, options);
   Findings& findings = analysis.investigation.findings;

@@ -171,7 +171,7 @@ class BeforeAfterRuns {
           coefficient_changes(fit_, fit_.theta, calibration ? 0.0 : kPolicy.show.same_log_factor);
     leave_out_what_no_ship_has();
     if (calibration) *calibration = {are_better && takes_coefficients_, fit_.scale, covariance_of_coefficients()};
-    if (calibration && !are_better)
+    if (calibration && takes_coefficients_ && !are_better)
       explanation_.notices.emplace_back(
           "what was left out in turn is not followed better with the fitted coefficients, beyond chance: ship.json has "
           "them, since they were asked for");
