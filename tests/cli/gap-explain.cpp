@@ -112,6 +112,7 @@ TEST_CASE("gap-explain: wrong input is refused with its reason and nothing is wr
     CHECK_FALSE(std::filesystem::exists(folder / "out"));
   };
   check("--ship esso-osaka-3m a.csv --holdout a.csv", 2, "is also among the recordings that are fitted");
+  check("--ship esso-osaka-3m a.csv --holdout b.csv", 3, "b.csv: holds the same as a.csv");
   check("--ship esso-osaka-3m a.csv --holdout none.csv", 4, "none.csv");
   check("--ship esso-osaka-3m short.csv", 3, "no recording is long enough");
   check("--ship esso-osaka-3m a.csv --holdout short.csv", 3, "short.csv");
