@@ -63,8 +63,8 @@ TEST_CASE("gap-explain: one effect at most, if no more are asked for", "[cli][ga
   REQUIRE(run(folder, "mmg-sim zigzag --ship esso-osaka-3m --duration-s 100 --quiet -o z.csv").exit_code == 0);
   REQUIRE(run(folder, "gap-explain --ship esso-osaka-3m z.csv --refits 1 --most-effects 1 --quiet -o out").exit_code ==
           0);
-  for (const io::Json& one : io::read_json(folder / "out/report.json").at("hypotheses"))
-    CHECK(one.at("effects").size() <= 1);
+  const io::Json report = io::read_json(folder / "out/report.json");
+  for (const io::Json& one : report.at("hypotheses")) CHECK(one.at("effects").size() <= 1);
 }
 
 TEST_CASE("gap-explain: its results are no standard output", "[cli][gap]") {
