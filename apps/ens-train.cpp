@@ -368,6 +368,7 @@ int main(int argc, char** argv) try {
   const auto base = o.base.empty() ? nullptr : ensemble::BaseModel::read(o.base);
 
   const std::vector<Trajectory> recordings = read_all(o.recordings, "trains on", o);
+  ensemble::require_recordings_to_hold_out(config, recordings);
   const std::vector<ensemble::TrainingFile> files = training_files(recordings);
   const ensemble::TrainingData data = prepare(o, recordings, config, base, files);
   std::optional<ensemble::TrainingData> held_out;

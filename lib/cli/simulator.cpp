@@ -13,6 +13,7 @@
 #include "cli/inputs.hpp"
 #include "core/errors.hpp"
 #include "core/similar_words.hpp"
+#include "dynamics/coefficient_law.hpp"
 #include "dynamics/observation_noise.hpp"
 #include "dynamics/replay.hpp"
 #include "dynamics/run_notices.hpp"
@@ -274,6 +275,7 @@ void write_result(const CLI::App& app, const SimOptions& opt, const Ship& ship, 
 
 Ship read_ship_with_effects(const SimOptions& opt) {
   Ship ship = read_ship(opt.ship);
+  coefficient_law(ship);  // throws for an uncertainty of what is no coefficient
   std::string added;
   for (const std::string& file : opt.effects) {
     require_effect_file(file);

@@ -8,6 +8,8 @@ namespace leeway {
 inline constexpr double kPi = std::numbers::pi;
 inline constexpr double kDegree = kPi / 180.0;    ///< [rad]
 inline constexpr double kKnot = 1852.0 / 3600.0;  ///< [m/s], by definition of the international nautical mile
+inline constexpr double kKilometerPerHour = 1000.0 / 3600.0;  ///< [m/s]
+inline constexpr double kFoot_m = 0.3048;                     ///< international foot, by definition
 /// Farthest time of a sample from zero [s], 3,000 years, our choice: a clock that counts from 1970 is far below, and
 /// one hundred thousandth of a second is still resolved.
 inline constexpr double kFarthestTime_s = 1e11;

@@ -76,11 +76,6 @@ Json extremes(const std::vector<double>& values, double per_unit) {
   return {*low / per_unit, *high / per_unit};
 }
 
-double unit_of(Channel channel) {
-  const Quantity quantity = info(channel).quantity;
-  return quantity == Quantity::angle || quantity == Quantity::angular_rate ? kDegree : 1.0;
-}
-
 }  // namespace
 
 Json turning_indices(const Track& track, double rudder, double L_pp) {
@@ -408,7 +403,7 @@ Json run_indices(const Track& track, const Trajectory& trajectory, double L_pp) 
   for (const ChannelInfo& channel : kChannels) {
     const bool is_direction = channel.channel == Channel::wind_dir || channel.channel == Channel::app_wind_dir;
     if (channel.channel == Channel::t || is_direction || !trajectory.has(channel.channel)) continue;
-    range[column_name(channel.channel)] = extremes(trajectory[channel.channel], unit_of(channel.channel));
+    range[column_name(channel.channel)] = extremes(trajectory[channel.channel], column_unit(channel.channel));
   }
   return json;
 }

@@ -66,12 +66,19 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
     if (actuator.is_optional && !recording.has(actuator.channel)) continue;
     const std::vector<double>& values = require(recording, actuator.channel, ship);
     const double slack = kLimitSlack * actuator.range();
-    const auto outside = std::count_if(values.begin(), values.end(),
-                                       [&](double x) { return x < actuator.min - slack || x > actuator.max + slack; });
-    if (outside > 0)
-      notices_.push_back(
-          fmt::format("{}: {} samples of '{}' are outside the limits of the ship '{}' and are used as they are",
-                      recording.file, outside, info(actuator.channel).name, ship.name));
+    const auto beyond = [&](double x) { return std::max(actuator.min - x, x - actuator.max); };
+    const auto outside = std::ranges::count_if(values, [&](double x) { return beyond(x) > slack; });
+    if (outside > 0) {
+      std::size_t worst = 0;
+      for (std::size_t i = 1; i < n; ++i)
+        if (!(beyond(values[i]) <= beyond(values[worst]))) worst = i;
+      const double unit = column_unit(actuator.channel);
+      notices_.push_back(fmt::format(
+          "{}: column '{}': {} sample{} outside the limits {:g} to {:g} of the ship '{}', {:g} at {:g} s the "
+          "farthest, used as recorded",
+          recording.file, column_name(actuator.channel), outside, outside == 1 ? "" : "s", actuator.min / unit,
+          actuator.max / unit, ship.name, values[worst] / unit, t_[worst]));
+    }
     channels_.push_back(actuator.channel);
     actuators_.push_back(values);
     rates_.push_back(actuator.rate);

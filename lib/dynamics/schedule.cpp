@@ -14,7 +14,6 @@ namespace leeway {
 namespace {
 
 // SI per unit of the column that writers use for an actuator.
-double factor_of(Channel channel) { return info(channel).quantity == Quantity::angle ? kDegree : 1.0; }
 
 class ScheduledOrders : public Maneuver {
  public:
@@ -76,7 +75,7 @@ Schedule read_schedule(const std::string& path, const Ship& ship) {
       const Channel channel = schedule.channels[i];
       double order = kMissing;
       if (!is_blank(field))
-        order = csv.number(field, csv.header()[columns[i]], info(channel).unit) * factor_of(channel);
+        order = csv.number(field, csv.header()[columns[i]], info(channel).unit) * column_unit(channel);
       row.orders.push_back(order);
       const Actuator& actuator = *ship.find_actuator(channel);
       if (std::isnan(order) || std::abs(actuator.clip(order) - order) <= 1e-12) continue;
@@ -87,7 +86,7 @@ Schedule read_schedule(const std::string& path, const Ship& ship) {
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (beyond[i] == 0) continue;
     const Actuator& actuator = *ship.find_actuator(schedule.channels[i]);
-    const double factor = factor_of(actuator.channel);
+    const double factor = column_unit(actuator.channel);
     schedule.notices.push_back(
         fmt::format("{}:{}: column '{}': {} order{} outside the limits {:g} to {:g} of the ship '{}', "
                     "which stops at them",

@@ -211,10 +211,16 @@ int networks_of_cross_fit(const TrainingConfig& config, std::size_t recordings) 
          static_cast<int>(std::min(recordings, static_cast<std::size_t>(config.calibration->folds)));
 }
 
+void require_recordings_to_hold_out(const TrainingConfig& config, const std::vector<Trajectory>& recordings) {
+  if (config.calibration && recordings.size() < 2)
+    throw InputError(recordings.empty() ? "" : recordings.front().file,
+                     fmt::format("the calibration that the config asks for holds recordings out in turn: expected at "
+                                 "least two, got {}; a config without 'calibration' trains on one",
+                                 recordings.size()));
+}
+
 std::optional<Calibration> cross_fit(const CrossFitting& fitting) {
-  if (fitting.recordings.size() < 2)
-    throw InputError(fitting.recordings.empty() ? "" : fitting.recordings.front().file,
-                     "calibration holds recordings out in turn: expected at least two");
+  require_recordings_to_hold_out(fitting.config, fitting.recordings);
   std::vector<Fold> folds = deal(fitting);
   parallel_for(folds.size(), fitting.jobs, [&](std::size_t f) {
     std::optional<BaseSpreadEstimate> found;

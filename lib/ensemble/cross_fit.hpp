@@ -31,6 +31,9 @@ struct CrossFitting {
 /// Returns nothing where it is stopped. Throws InputError for fewer than two recordings that hold a sequence.
 std::optional<Calibration> cross_fit(const CrossFitting& fitting);
 
+/// Throws InputError where a calibration that is asked for has no recordings to hold out in turn: fewer than two.
+void require_recordings_to_hold_out(const TrainingConfig& config, const std::vector<Trajectory>& recordings);
+
 /// Networks that cross_fit() trains for so many recordings.
 int networks_of_cross_fit(const TrainingConfig& config, std::size_t recordings);
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/units.hpp"
 #include "io/channel_units.hpp"
 
 namespace leeway::foreign {
@@ -21,7 +22,7 @@ struct UnitWord {
   std::string_view word, unit;
   double scale = 1.0;
 };
-constexpr double kFoot_m = 0.3048, kNauticalMile_m = 1852.0;
+constexpr double kNauticalMile_m = 1852.0;
 constexpr UnitWord kUnitWords[] = {
     {"s", "s"},
     {"sec", "s"},

@@ -20,7 +20,7 @@ constexpr ListedUnit kUnits[] = {
     {{Quantity::length, "m", 1.0, "m"}, true},
     {{Quantity::speed, "mps", 1.0, "m/s"}, true},
     {{Quantity::speed, "kn", kKnot, "kn"}, true},
-    {{Quantity::speed, "kmh", 1000.0 / kHour_s, "km/h"}, false},
+    {{Quantity::speed, "kmh", kKilometerPerHour, "km/h"}, false},
     {{Quantity::angle, "deg", kDegree, "deg"}, true},
     {{Quantity::angle, "rad", 1.0, "rad"}, true},
     {{Quantity::angular_rate, "degps", kDegree, "deg/s"}, true},

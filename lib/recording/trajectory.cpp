@@ -28,6 +28,11 @@ std::string si_name(Channel channel) {
   }
 }
 
+double column_unit(Channel channel) {
+  const Quantity quantity = info(channel).quantity;
+  return quantity == Quantity::angle || quantity == Quantity::angular_rate ? kDegree : 1.0;
+}
+
 std::string found_actuators(const Trajectory& trajectory) {
   std::vector<std::string> found;
   for (const Channel channel : kActuatorChannels)

@@ -95,6 +95,8 @@ constexpr const ChannelInfo& info(Channel channel) { return kChannels[static_cas
 std::string column_name(Channel channel);
 /// The same with the SI unit: "psi_rad", "r_radps".
 std::string si_name(Channel channel);
+/// One unit of that column in SI: a degree in rad for "psi_deg".
+double column_unit(Channel channel);
 
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 

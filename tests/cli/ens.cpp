@@ -178,6 +178,10 @@ TEST_CASE("ens-train: data that cannot train anything end with 3", "[cli][ens]")
   // A recording shorter than a window trains with the length that it has.
   folder.write("rec.csv", header + varied);
   done(folder, "ens-train rec.csv --config tiny.json --no-initial-state-net --epochs 1 --members 1 -o model");
+  // What cannot be calibrated in the end is not trained first.
+  check_refused(folder, "ens-train rec.csv --config honest --epochs 1 -o calibrated", 3,
+                "expected at least two, got 1");
+  CHECK_FALSE(std::filesystem::exists(folder / "calibrated"));
 }
 
 TEST_CASE("ens-train: a loss that diverges ends with 1 and leaves no member", "[cli][ens]") {

@@ -52,6 +52,17 @@ TEST_CASE("mmg-sim show: factors, shifts, effects, network and posterior are pri
     CHECK_THAT(plain, !Contains(part));
 }
 
+TEST_CASE("mmg-sim: an uncertainty of what is no coefficient is refused by all that read the ship", "[cli][mmg-sim]") {
+  const TemporaryFolder folder;
+  io::Json ship = io::read_json(LEEWAY_SOURCE_FOLDER "/configs/ships/kvlcc2-l7.json");
+  ship["uncertainty"]["hull.Yv"] = 0.1;
+  folder.write("ship.json", io::to_text(ship));
+  for (const char* command : {"zigzag --ship ship.json -o z.csv", "show ship.json"})
+    check_refused(folder, std::string("mmg-sim ") + command, 3,
+                  "ship.json: /uncertainty/hull.Yv: 'hull.Yv' is not an uncertain parameter of this ship; did you mean "
+                  "'hull.Y_v'");
+}
+
 TEST_CASE("mmg-sim show --json: the same for programs", "[cli][mmg-sim]") {
   const TemporaryFolder folder;
   write_changed_ship(folder);

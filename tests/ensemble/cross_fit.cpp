@@ -81,7 +81,7 @@ TEST_CASE("cross-fitting: radii are those of so many recordings", "[ensemble][ca
   CHECK_FALSE(of_eight->radii.front().channels[0].most);  // ceil(9 * 0.9) = 9 of eight
   few.resize(1);
   CHECK_THROWS_WITH(cross_fit({few, config, nullptr, nullptr, 1, 2, nn::kernels(), {}, {}}),
-                    Contains("expected at least two"));
+                    Contains("expected at least two, got 1"));
 }
 
 TEST_CASE("cross-fitting: the same numbers for any number of threads; it can be stopped", "[ensemble][calibration]") {

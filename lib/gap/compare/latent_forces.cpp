@@ -397,7 +397,9 @@ class Search {
   std::vector<Evidence> parts(const Basis& basis, const ModelError& error) const {
     Noise noise = fit_.noise;
     noise.knows_events = error.knows_events;
-    for (const int axis : error.axes) noise.sigma_w[axis] *= error.share;
+    // Not below the least that is told from none: what is less is less without a force, too.
+    for (const int axis : error.axes)
+      noise.sigma_w[axis] = std::max(error.share * noise.sigma_w[axis], noise.least_sigma_w[axis]);
     const Eigen::Index count = basis.columns();
     std::vector<Evidence> result(fit_.stretches.size());
     parallel_for(result.size(), jobs_, [&](std::size_t s) {

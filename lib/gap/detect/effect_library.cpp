@@ -102,7 +102,8 @@ Identifiable::Identifiable(const Campaign& campaign, const FittedNull& fit) : ke
   };
   for (std::size_t s = 0; s < campaign.stretches.size() && keeps_course_; ++s) {
     const Stretch& stretch = campaign.stretches[s];
-    keeps_course_ = helm_ahead_of_sensors(campaign, stretch, fit.smoothed[s]) > kPolicy.detect.helm_ahead;
+    keeps_course_ = helm_ahead_of_sensors(campaign, stretch, fit.smoothed[s]) > kPolicy.detect.helm_ahead ||
+                    is_straight(campaign, stretch, fit.smoothed[s]);
     for (const Actuator& actuator : campaign.ship.actuators) {
       if (info(actuator.channel).role != Role::thruster) continue;
       std::vector<double> values;

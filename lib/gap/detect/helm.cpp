@@ -1,6 +1,7 @@
 #include "gap/detect/helm.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -20,17 +21,25 @@ double rudder_angle(const RecordedInputs& inputs, double t_s) {
   return sum / rudders;
 }
 
+std::vector<double> rudder_angles(const Campaign& campaign, const Stretch& stretch) {
+  std::vector<double> result;
+  for (const double t_s : stretch.t_s) result.push_back(rudder_angle(campaign.recorded_inputs[stretch.recording], t_s));
+  return result;
+}
+
+// Whether rudders that move between these angles hardly move.
+bool stay(double least, double most) { return most - least < 4.0 * kKnownAngle; }
+
 }  // namespace
 
 double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed) {
-  std::vector<double> angle;
-  for (const double t_s : stretch.t_s) angle.push_back(rudder_angle(campaign.recorded_inputs[stretch.recording], t_s));
+  const std::vector<double> angle = rudder_angles(campaign, stretch);
   if (angle.empty() || std::ranges::any_of(angle, [](double x) { return std::isnan(x); })) return 0.0;
   const auto [least, most] = std::ranges::minmax(angle);
   std::vector<std::size_t> free;  // points at which the rudders are at no limit, where they follow nothing
   for (std::size_t k = 0; k < angle.size(); ++k)
     if (angle[k] > least + kKnownAngle && angle[k] < most - kKnownAngle) free.push_back(k);
-  if (most - least < 4.0 * kKnownAngle) {  // they hardly move, and have no limits
+  if (stay(least, most)) {  // they have no limits
     free.resize(angle.size());
     std::iota(free.begin(), free.end(), std::size_t{0});
   }
@@ -58,6 +67,21 @@ double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, c
   }
   unknown /= static_cast<double>(n);
   return unknown > 0.0 ? unknown / (beside.squaredNorm() / static_cast<double>(n)) : 0.0;
+}
+
+bool is_straight(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed) {
+  const std::vector<double> angle = rudder_angles(campaign, stretch);
+  if (angle.empty()) return true;
+  const auto [least, most] = std::ranges::minmax(angle);
+  if (!stay(least, most)) return false;
+  return std::ranges::all_of(std::array{4, 5}, [&](int i) {
+    double motion = 0.0, unknown = 0.0;
+    for (std::size_t k = 0; k < smoothed.state.size(); ++k) {
+      motion += smoothed.state[k][i] * smoothed.state[k][i];
+      unknown += smoothed.covariance[k](i, i);
+    }
+    return motion <= kPolicy.detect.still_sds * kPolicy.detect.still_sds * unknown;
+  });
 }
 
 }  // namespace leeway::gap

@@ -17,4 +17,11 @@ namespace leeway::gap {
 /// turn; about 1 and more where an autopilot keeps a course. 0 without rudders, and where they stay.
 double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed);
 
+/// Whether a stretch is straight by itself: its rudders stay where they are, and neither sway nor yaw is told from
+/// none. Such a ship answers to nothing. That she begins without drift and without yaw nobody knows beforehand, and a
+/// file that lets both die away sooner makes it likelier that they are never seen: coefficients of hull and rudders
+/// would seem off.
+///   smoothed  with nothing missing
+bool is_straight(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed);
+
 }  // namespace leeway::gap

@@ -11,6 +11,7 @@
 #include "core/errors.hpp"
 #include "core/statistics.hpp"
 #include "core/units.hpp"
+#include "gap/filter/time_grid.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/sensors/channel_quality.hpp"
 
@@ -189,13 +190,22 @@ class Preparation {
     substep_s_ = options.ensemble ? options.ensemble->time_step_s() : time_unit_s;
     const double usual_step_s = options.ensemble ? substep_s_ : kPolicy.filter.step_time_units * time_unit_s;
     target_s_ = options.step_s > 0.0 ? options.step_s : usual_step_s;
+    adapts_ = options.step_s == 0.0 && !options.ensemble;
     gap_s_ = options.gap_s > 0.0 ? options.gap_s : kPolicy.filter.longest_gap_s * campaign_.time_scale();
   }
 
+  void read_inputs(const std::vector<Trajectory>& recordings) {
+    std::vector<Driven> driven;
+    for (const Trajectory& recording : recordings) {
+      if (options_.ensemble) options_.ensemble->check(recording);
+      campaign_.recorded_inputs.emplace_back(recording, campaign_.ship, InputInterpolation::at_actuator_rate);
+      driven.push_back({&recording, campaign_.recorded_inputs.back().through(response_)});
+    }
+    if (adapts_) target_s_ = grid_step_s(campaign_.ship, driven, target_s_);
+  }
+
   void add(std::size_t index, const Trajectory& recording) {
-    if (options_.ensemble) options_.ensemble->check(recording);
-    campaign_.recorded_inputs.emplace_back(recording, campaign_.ship, InputInterpolation::at_actuator_rate);
-    const RecordedInputs inputs = campaign_.recorded_inputs.back().through(response_);
+    const RecordedInputs inputs = campaign_.recorded_inputs[index].through(response_);
     note_channels(recording, inputs);
     if (const std::string why = useless(recording, inputs); !why.empty()) {
       campaign_.notices.push_back(fmt::format("{}: {}; left out", recording.file, why));
@@ -321,6 +331,7 @@ class Preparation {
   const CampaignOptions& options_;
   const RudderResponse response_;  // that the simulator itself knows
   double substep_s_, target_s_, gap_s_;
+  bool adapts_;  // whether the grid follows what means over it would be off by
   std::vector<double> steps_;
   std::map<std::string, std::size_t> thinned_;
   std::size_t used_ = 0, with_wind_ = 0;
@@ -335,6 +346,7 @@ Campaign prepare(const Ship& ship, std::vector<Trajectory> recordings, const Cam
         throw InputError(recordings[a].file,
                          fmt::format("holds the same as {}; a recording counts once", recordings[b].file));
   Preparation preparation(ship, options);
+  preparation.read_inputs(recordings);
   for (std::size_t i = 0; i < recordings.size(); ++i) preparation.add(i, recordings[i]);
   return preparation.finish(std::move(recordings));
 }

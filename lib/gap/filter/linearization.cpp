@@ -4,6 +4,7 @@
 
 #include <ceres/jet.h>
 
+#include "core/statistics.hpp"
 #include "core/units.hpp"
 #include "gap/filter/reference_units.hpp"
 #include "gap/filter/state_space.hpp"
@@ -45,7 +46,7 @@ std::vector<Vec6> mean_offsets(const End& end, const Stretch& stretch, const std
 
 }  // namespace
 
-std::vector<StateVector> measured_path(const Stretch& stretch) {
+std::vector<StateVector> measured_path(const Stretch& stretch, std::size_t neighbors) {
   const std::size_t n = stretch.size();
   std::vector<StateVector> path(n, StateVector::Zero());
   for (int i = 0; i < kShipStates; ++i) {
@@ -53,13 +54,21 @@ std::vector<StateVector> measured_path(const Stretch& stretch) {
     for (std::size_t k = 0; k < n; ++k)
       if (!std::isnan(stretch.measured[k][i])) known.push_back(k);
     if (known.empty()) continue;
+    std::vector<double> value;
+    for (std::size_t j = 0; j < known.size(); ++j) {
+      std::vector<double> around;
+      for (std::size_t l = j - std::min(j, neighbors); l <= std::min(j + neighbors, known.size() - 1); ++l)
+        around.push_back(stretch.measured[known[l]][i]);
+      value.push_back(median(std::move(around)));
+    }
     std::size_t next = 0;
     for (std::size_t k = 0; k < n; ++k) {
       while (next < known.size() && known[next] < k) ++next;
-      const std::size_t b = known[std::min(next, known.size() - 1)], a = known[next > 0 ? next - 1 : 0];
+      const std::size_t after = std::min(next, known.size() - 1), before = next > 0 ? next - 1 : 0;
+      const std::size_t a = known[before], b = known[after];
       const double weight =
           b > a && k < b ? (stretch.t_s[k] - stretch.t_s[a]) / (stretch.t_s[b] - stretch.t_s[a]) : 1.0;
-      path[k][i] = stretch.measured[a][i] + weight * (stretch.measured[b][i] - stretch.measured[a][i]);
+      path[k][i] = value[before] + weight * (value[after] - value[before]);
     }
   }
   bool has_heading = false;

@@ -107,7 +107,9 @@ struct Noise {
 
 /// The measurements as a path to start from: holes are bridged linearly and what is not recorded is zero (the heading:
 /// the integral of the yaw rate), without error states.
-std::vector<StateVector> measured_path(const Stretch& stretch);
+///   neighbors  to each side of a measurement of which the median is taken, so that single ones that are far off move
+///              nothing; 0: each as it is
+std::vector<StateVector> measured_path(const Stretch& stretch, std::size_t neighbors = 0);
 
 /// Derivatives along a given path, by automatic differentiation: by the state exactly, by theta within about a
 /// hundredth, and slopes of chords where the model switches; those of an ensemble by differences, with theta the timing

@@ -8,10 +8,37 @@
 #include "core/errors.hpp"
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
+#include "core/statistics.hpp"
 #include "gap/fit/events.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
+namespace {
+
+// The measured velocity that is farthest from what is usual in the stretch: "u_mps is 20 at 45 s".
+std::string farthest_measurement(const Stretch& stretch) {
+  std::string result;
+  double most = 0.0;
+  for (int i = 3; i < kShipStates; ++i) {
+    std::vector<double> known;
+    for (const Vec6& y : stretch.measured)
+      if (!std::isnan(y[i])) known.push_back(y[i]);
+    const double usual = median(known);
+    for (double& x : known) x -= usual;
+    const double sd = std::max(robust_sd(std::move(known)), kPolicy.filter.tiny);
+    for (std::size_t k = 0; k < stretch.size(); ++k)
+      if (const double off = std::abs(stretch.measured[k][i] - usual) / sd; off > most) {
+        most = off;
+        const Channel channel = kMeasured[static_cast<std::size_t>(i)];
+        result =
+            fmt::format("{} is {:.4g} at {:.4g} s, usually {:.4g}", column_name(channel),
+                        stretch.measured[k][i] / column_unit(channel), stretch.t_s[k], usual / column_unit(channel));
+      }
+  }
+  return result;
+}
+
+}  // namespace
 
 std::vector<EffectColumns> columns_by_recording(const Campaign& campaign, const Hypothesis& hypothesis,
                                                 const Eigen::VectorXd& z, const Eigen::VectorXd& plain_theta) {
@@ -42,22 +69,31 @@ LevelProblem Climb::levels() const {
           fit_.level_prior_sd, free_levels_, options_.jobs};
 }
 
-void Climb::linearize_all(const std::vector<LinearStretch>& before) {
+void Climb::linearize_all(const std::vector<LinearStretch>& before, std::size_t neighbors) {
   const Eigen::Index effects = fit_.effects;
   const Eigen::VectorXd plain = without_effects(fit_.theta, effects);
-  if (campaign_.ensemble) return linearize_ensemble(before);
+  if (campaign_.ensemble) return linearize_ensemble(before, neighbors);
   const std::vector<EffectColumns> by_recording =
       columns_by_recording(campaign_, hypothesis_, fit_.theta.segment(plain.size() - 1, effects), plain);
   parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
     const EffectColumns& columns = by_recording[own_[s]->recording];
     const std::shared_ptr<const Stretch> acting = acting_as(columns, s);
     if (before[s].data == nullptr)
-      fit_.stretches[s] = linearize(columns.ship(), acting, measured_path(*acting), plain);
+      fit_.stretches[s] = linearize(columns.ship(), acting, measured_path(*acting, neighbors), plain);
     else
       fit_.stretches[s] = linearize_filtered(columns.ship(), before[s], acting, fit_.noise, fit_.event_scale[s], plain);
     if (effects > 0) columns.add_to(fit_.stretches[s]);
   });
   judge_all();
+}
+
+// Along the measurements at first; where the simulator runs away along a few that are far off, along what those around
+// them say: outliers are judged by what it predicts there.
+void Climb::begin() {
+  const bool is_first = std::ranges::any_of(fit_.stretches, [](const LinearStretch& s) { return s.data == nullptr; });
+  linearize_all(fit_.stretches);
+  if (is_first && !follows())
+    linearize_all(std::vector<LinearStretch>(fit_.stretches.size()), kPolicy.fit.path_neighbors);
 }
 
 void Climb::linearize_anew() {
@@ -76,7 +112,7 @@ bool Climb::until_converged(int most_iterations, Judged judged, std::int64_t lev
   for (int iteration = 0;; ++iteration, ++fit_.report.iterations) {
     const bool is_free = judges && iteration < kPolicy.fit.free_steps;
     if (iteration == 0)
-      linearize_all(fit_.stretches);
+      begin();
     else if (judges)
       linearize_anew();
     if (!follows()) throw NumericalError(diverged());
@@ -151,20 +187,21 @@ std::string Climb::diverged() const {
   for (std::size_t s = 0; s < fit_.stretches.size(); ++s)
     if (!std::isfinite(evidence(fit_.stretches[s], fit_.noise).log_likelihood)) {
       const Stretch& stretch = campaign_.stretches[s];
-      text = fmt::format("{}: {} between {:.4g} and {:.4g} s", campaign_.recordings[stretch.recording].file, text,
-                         stretch.t_s.front(), stretch.t_s.back());
+      text = fmt::format("{}: {} between {:.4g} and {:.4g} s: {}", campaign_.recordings[stretch.recording].file, text,
+                         stretch.t_s.front(), stretch.t_s.back(), farthest_measurement(stretch));
       break;
     }
   for (const std::string& notice : campaign_.notices) text += "; " + notice;
   return text;
 }
 
-void Climb::linearize_ensemble(const std::vector<LinearStretch>& before) {
+void Climb::linearize_ensemble(const std::vector<LinearStretch>& before, std::size_t neighbors) {
   const EnsembleSimulator& ensemble = *campaign_.ensemble;
   parallel_for(fit_.stretches.size(), options_.jobs, [&](std::size_t s) {
-    fit_.stretches[s] = before[s].data == nullptr ? linearize(ensemble, own_[s], measured_path(*own_[s]), fit_.theta)
-                                                  : linearize_filtered(ensemble, before[s], own_[s], fit_.noise,
-                                                                       fit_.event_scale[s], fit_.theta);
+    fit_.stretches[s] =
+        before[s].data == nullptr
+            ? linearize(ensemble, own_[s], measured_path(*own_[s], neighbors), fit_.theta)
+            : linearize_filtered(ensemble, before[s], own_[s], fit_.noise, fit_.event_scale[s], fit_.theta);
   });
   judge_all();
 }

@@ -27,7 +27,8 @@ class Climb {
   LevelProblem levels() const;
 
   /// Renews stretches and total at theta, from stretches near by.
-  void linearize_all(const std::vector<LinearStretch>& before);
+  ///   neighbors  of measured_path(), of stretches that have none before
+  void linearize_all(const std::vector<LinearStretch>& before, std::size_t neighbors = 0);
   /// The same along the path that the filter takes now; where the simulator runs away along it, they stay.
   void linearize_anew();
   /// Whether the simulator follows the recordings at all.
@@ -45,7 +46,8 @@ class Climb {
  private:
   std::shared_ptr<const Stretch> acting_as(const EffectColumns& columns, std::size_t s);
   std::string diverged() const;
-  void linearize_ensemble(const std::vector<LinearStretch>& before);
+  void begin();
+  void linearize_ensemble(const std::vector<LinearStretch>& before, std::size_t neighbors);
   void judge_all();
   Eigen::VectorXd slope_now() const { return fit_.total.b - fit_.prior.pull(fit_.theta); }
   Eigen::MatrixXd curvature_now() const;

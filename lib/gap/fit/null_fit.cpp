@@ -31,10 +31,7 @@ Noise first_noise(const Campaign& campaign) {
   noise.least_tau_s = of.least_tau_s * scale;
   noise.longest_tau_s = of.longest_tau_s * scale;
   noise.wind_tau_s = of.wind_tau_s * scale;
-  // Sensors show more than this, sampled inputs leave more.
-  noise.least_measurement_sd << of.least_position_sd_m * std::sqrt(scale), of.least_position_sd_m * std::sqrt(scale),
-      of.least_heading_sd_deg * kDegree, of.least_speed_sd_mps * scale, of.least_speed_sd_mps * scale,
-      of.least_rate_sd_degps * kDegree / scale;
+  noise.least_measurement_sd = least_measurement_sd(campaign.ship);
   Vec6 least = Eigen::Map<const Vec6>(of.least_first_sd.data());
   least.head<2>() *= scale * scale;
   least.segment<2>(3) *= scale;

@@ -45,6 +45,8 @@ struct FilterPolicy {
   double switching_mps2 = 3e-5;  ///< [m/s^2] of an acceleration that a switch changes, from which on a step counts as one in which the model switches | origin: choice
   double tangent = 0.01;  ///< [-] of the chord | origin: choice
   double step_time_units = 2.0;  ///< [sqrt(L/g)] grid of the filter, unless asked for otherwise | origin: choice, a ship answers in several of them
+  double grid_separability = 3.0;  ///< [-] d' up to which nobody tells by how much means over a step are off since actuators move within it | origin: choice, three standard deviations
+  double finest_grid = 0.25;  ///< [-] of that grid, which is halved until this is so | origin: choice, time
   double same_bin = 1e-6;  ///< [steps] by which a sample may lie before its bin | origin: choice, rounding
   double same_substep = 1e-9;  ///< [substeps] by which a step may be longer | origin: choice, rounding
   double correlated_share = 0.75;  ///< [-] of the judged channels: with fewer correlated ones, none is thinned | origin: choice
@@ -61,6 +63,7 @@ struct FitPolicy {
   double slab_odds = 0.06;  ///< [-] prior odds, shared by all coefficients, that each is off so far, against that it is not | origin: choice, those of one effect of the catalogue
   double most_slab_nats = 500.0;  ///< [nats] beyond which they are not told apart | origin: choice, rounding
   double scale_reach_sd = 3.0;  ///< [prior sd] that they cover to each side | origin: choice, rounding
+  std::size_t path_neighbors = 2;  ///< [points] to each side, of which a path takes the median where the simulator runs away along the measurements | origin: choice, two that are far off beside each other move it not
   double outlier_sd = 6.0;  ///< [sd] of what the other measurements predict | origin: choice
   double least_left = 0.01;  ///< [-] of a measurement's variance that the smoothed state does not share | origin: choice, rounding
   double least_robust_sd = 0.5;  ///< [-] sd by which outliers are judged, by the one with them | origin: choice
@@ -149,6 +152,7 @@ struct DetectPolicy {
   double angles_per_sample = 4.0;  ///< [-] points per recorded sample at which rudders' angles are compared | origin: choice
   double known_angle_deg = 0.5;  ///< [deg] root mean square by which rudders differ that is no different from none | origin: choice, the accuracy of measured angles
   double helm_ahead = 0.1;  ///< [-] of the variance of what rudders do beside following the ship: what the sensors leave unknown of her, from which on rudders tell more | origin: measured, 0.58 to 1.6 in 27 straight runs under an autopilot, 0.007 at most in 141 others (docs/gap-method.md)
+  double still_sds = 3.0;  ///< [sd] rms sway and yaw rate of a straight run, by what the recordings leave unknown of them, up to which neither is told from none | origin: theory, 0.997 of a normal distribution
   double kept_actuator_share = 0.02;  ///< [-] of an actuator's range: width within which it is hardly used | origin: choice
   double tail_share = 0.1;  ///< [-] of the time that these widths leave out to each side | origin: choice
   double first_wind = 0.7;  ///< [prior sd] components of a wind's starts around the compass: in calm air forces have no slope | origin: choice

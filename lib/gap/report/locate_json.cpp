@@ -66,15 +66,14 @@ Json to_json(const Audit& audit) {
   const auto fault = [](const Fault& f) { return to_json(f); };
   Json channels = Json::object();
   for (const ChannelQuality& c : audit.channels) {
-    const Quantity quantity = info(c.channel).quantity;
-    const double per_si = quantity == Quantity::angle || quantity == Quantity::angular_rate ? 1.0 / kDegree : 1.0;
+    const double unit = column_unit(c.channel);
     const std::string name = column_name(c.channel);
-    channels[name] = {{"noise_sd", number(c.noise_sd * per_si)},
+    channels[name] = {{"noise_sd", number(c.noise_sd / unit)},
                       {"correlation_s", number(c.correlation_s)},
                       {"filter_s", number(c.filter_s)},
                       {"missing_share", number(c.missing_share)},
                       {"frozen_share", number(c.frozen_share)},
-                      {"resolution", number(c.resolution * per_si)},
+                      {"resolution", number(c.resolution / unit)},
                       {"unit", unit_of(name)}};
   }
   const char* verdict = audit.verdict() == Audit::Verdict::consistent ? "consistent"

@@ -27,6 +27,20 @@ BlockErrors window_errors(const KinematicWindows& windows, Kinematics kind) {
   return sums;
 }
 
+// The longest side of the area that the recordings sailed in: in feet, errors of feet are no smaller.
+double extent(const std::vector<Trajectory>& recordings) {
+  double longest = 0.0;
+  for (const Trajectory& recording : recordings)
+    for (const Channel axis : {Channel::x0, Channel::y0}) {
+      std::vector<double> places = recording[axis];
+      std::erase_if(places, [](double place) { return std::isnan(place); });
+      if (places.empty()) continue;
+      const auto [least, most] = std::ranges::minmax(places);
+      longest = std::max(longest, most - least);
+    }
+  return longest > 0.0 ? longest : 1.0;
+}
+
 // The windows' errors of the recordings under combinations. r leaves the track alone, and positions and velocities
 // leave psi' - r alone: neither is computed twice. No reading of r does worse than none of it: what is noise on a held
 // course would do well by being made small.
@@ -64,6 +78,10 @@ class ErrorsOfMotion {
     if (!turns)
       for (Trajectory& recording : read) scale_channel(recording, Channel::r, 0.0);
     known_.push_back({kind, readings, turns, window_errors(KinematicWindows(read), kind)});
+    if (kind == Kinematics::track) {
+      const double sailed = extent(read);
+      for (double& error : known_.back().errors) error /= sailed;
+    }
     return known_.back().errors;
   }
 
@@ -109,12 +127,14 @@ Combination contradicted_by_motion(const std::vector<Trajectory>& recordings, co
     result.unchecked.push_back("psi and r: too little heading and yaw rate to compare psi' with r");
     return {};
   }
-  std::vector<Combination> groups{pick_readings({{"psi", "counter-clockwise"}, {"psi", "radians"}, {"psi", "degrees"}}),
-                                  pick_readings({{"r", "counter-clockwise"}, {"r", "radians"}, {"r", "degrees"}})};
+  std::vector<Combination> groups{
+      pick_readings({{"psi", "counter-clockwise"}, {"psi", "radians"}, {"psi", "degrees"}}),
+      pick_readings({{"r", "counter-clockwise"}, {"r", "radians"}, {"r", "degrees"}, {"r", "degpmin"}})};
   if (has_track) {
     groups.push_back(pick_readings({{"x0", "east"}, {"y0", "west"}}));
     groups.push_back(pick_readings({{"vm", "port-positive"}}));
-    groups.push_back(pick_readings({{"u", "knots"}}));
+    groups.push_back(pick_readings({{"x0", "km"}, {"x0", "ft"}}));
+    groups.push_back(pick_readings({{"u", "knots"}, {"u", "kmh"}}));
   } else {
     result.unchecked.push_back("x0, y0, u, vm: no track with a heading to compare eta' with R(psi) nu");
   }

@@ -30,15 +30,28 @@ Readings of_the_motion() {
        [](R t) { unwrap_scaled(t, Channel::psi, kToDegrees); }},
       {"psi", "degrees", "psi_rad holds degrees", Channel::psi, [](R t) { unwrap_scaled(t, Channel::psi, kDegree); }},
       {"x0", "east", "x0 is east and y0 north", Channel::x0, [](R t) { std::swap(t[Channel::x0], t[Channel::y0]); }},
+      {"x0", "km", "x0 and y0 are in kilometers", Channel::x0,
+       [](R t) {
+         scale(t, {Channel::x0, Channel::y0}, 1000.0);
+       }},
+      {"x0", "ft", "x0 and y0 are in feet", Channel::x0,
+       [](R t) {
+         scale(t, {Channel::x0, Channel::y0}, kFoot_m);
+       }},
       {"y0", "west", "y0 is positive to the west", Channel::y0, [](R t) { scale(t, {Channel::y0}, -1.0); }},
       {"u", "knots", "u and vm are in knots", Channel::u,
        [](R t) {
          scale(t, {Channel::u, Channel::vm}, kKnot);
        }},
+      {"u", "kmh", "u and vm are in km/h", Channel::u,
+       [](R t) {
+         scale(t, {Channel::u, Channel::vm}, kKilometerPerHour);
+       }},
       {"vm", "port-positive", "vm is positive to port", Channel::vm, [](R t) { scale(t, {Channel::vm}, -1.0); }},
       {"r", "counter-clockwise", "r is positive to port", Channel::r, [](R t) { scale(t, {Channel::r}, -1.0); }},
       {"r", "radians", "r_degps holds radians per second", Channel::r, [](R t) { scale(t, {Channel::r}, kToDegrees); }},
       {"r", "degrees", "r_radps holds degrees per second", Channel::r, [](R t) { scale(t, {Channel::r}, kDegree); }},
+      {"r", "degpmin", "r_degps holds degrees per minute", Channel::r, [](R t) { scale(t, {Channel::r}, 1.0 / 60.0); }},
       {"wind", "apparent", "the true wind is the apparent one", Channel::wind_speed,
        [](R t) {
          std::swap(t[Channel::wind_speed], t[Channel::app_wind_speed]);

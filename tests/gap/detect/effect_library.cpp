@@ -18,15 +18,16 @@ struct Swinging {
 constexpr double kRateSd = 0.05 * kDegree;  // of the filter
 
 //   rudder  angle by time, heading and yaw rate [s, rad, rad/s]
-Swinging swinging(const std::function<double(double, double, double)>& rudder, double thruster_rps = 0.0) {
+Swinging swinging(const std::function<double(double, double, double)>& rudder, double thruster_rps = 0.0,
+                  double swing_deg = 8.0) {
   Trajectory recording;
   recording.name = recording.file = "run";
   RandomStream random(1, "swinging");
   gap::Smoothed smoothed;
   double x = 0.0, y = 0.0;
   for (int k = 0; k <= 200; ++k) {
-    const double t = k, phase = 2.0 * kPi * t / 40.0, psi = 8.0 * kDegree * std::sin(phase),
-                 r = 8.0 * kDegree * 2.0 * kPi / 40.0 * std::cos(phase);
+    const double t = k, phase = 2.0 * kPi * t / 40.0, psi = swing_deg * kDegree * std::sin(phase),
+                 r = swing_deg * kDegree * 2.0 * kPi / 40.0 * std::cos(phase);
     x += 0.5 * std::cos(psi), y += 0.5 * std::sin(psi);
     const std::pair<Channel, double> row[] = {{Channel::t, t},
                                               {Channel::x0, x},
@@ -95,4 +96,20 @@ TEST_CASE("effects: a ship that an autopilot keeps on her course says nothing of
   }
   for (const char* effect : {"steady-current", "thrust-loss", "fouling", "unmeasured-wind", "propeller-walk"})
     CHECK(course(effect));
+}
+
+TEST_CASE("effects: a ship that goes straight with her rudders where they are says nothing of how they answer",
+          "[gap]") {
+  const auto amidships = [](double, double, double) { return 0.0; };
+  const auto is_straight = [](const Swinging& of) {
+    return gap::is_straight(of.campaign, of.campaign.stretches.front(), of.fit.smoothed.front());
+  };
+  const Swinging straight = swinging(amidships, 0.0, 0.1);  // 0.016 deg/s, where 0.05 deg/s are known
+  CHECK(is_straight(straight));
+  CHECK_FALSE(is_straight(swinging(amidships)));           // she turns
+  CHECK_FALSE(is_straight(swinging(by_clock, 0.0, 0.1)));  // her rudders do
+  CHECK_FALSE(gap::Identifiable(straight.campaign, straight.fit).has_answers());
+  CHECK(gap::Identifiable(straight.campaign, straight.fit)("fouling"));
+  const Swinging pushed = swinging(amidships, 20.0, 0.1);
+  CHECK(gap::Identifiable(pushed.campaign, pushed.fit).has_answers());
 }

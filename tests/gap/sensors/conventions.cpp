@@ -90,9 +90,22 @@ TEST_CASE("conventions: a contradicted reading of the motion is found by kinemat
        [](Trajectory& t) {
          scale(t, {Channel::u, Channel::vm}, 1.0 / kKnot);
        }},
+      {{{"u", "kmh"}},
+       [](Trajectory& t) {
+         scale(t, {Channel::u, Channel::vm}, 1.0 / kKilometerPerHour);
+       }},
+      {{{"x0", "km"}},
+       [](Trajectory& t) {
+         scale(t, {Channel::x0, Channel::y0}, 0.001);
+       }},
+      {{{"x0", "ft"}},
+       [](Trajectory& t) {
+         scale(t, {Channel::x0, Channel::y0}, 1.0 / kFoot_m);
+       }},
       {{{"vm", "port-positive"}}, [](Trajectory& t) { scale(t, {Channel::vm}, -1.0); }},
       {{{"r", "counter-clockwise"}}, [](Trajectory& t) { scale(t, {Channel::r}, -1.0); }},
       {{{"r", "radians"}}, [](Trajectory& t) { scale(t, {Channel::r}, kDegree); }},
+      {{{"r", "degpmin"}}, [](Trajectory& t) { scale(t, {Channel::r}, 60.0); }},
       {{{"psi", "counter-clockwise"}, {"u", "knots"}},
        [](Trajectory& t) {
          scale(t, {Channel::psi}, -1.0);
