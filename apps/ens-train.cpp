@@ -292,6 +292,7 @@ bool calibrate(const Options& o, const CLI::App& app, const std::string& folder,
   }
   if (!found) return false;
   std::vector<std::string> paths;
+  paths.reserve(recordings.size());
   for (const Trajectory& r : recordings) paths.push_back(r.file);
   ensemble::write_calibration(folder, *found, header,
                               cli::provenance(app, o.common, paths, {"--member", "--resume", "--checkpoint-s"}));

@@ -104,8 +104,7 @@ void normalize(Basis& basis) {
   double steps = 0.0;
   for (const Eigen::MatrixXd& values : basis.values) {
     for (Eigen::Index i = 0; i < values.cols(); ++i) square[i % columns] += values.col(i).squaredNorm();
-    const Eigen::Index here = columns > 0 ? values.cols() / columns : 0;
-    steps += static_cast<double>(here);
+    steps += static_cast<double>(columns > 0 ? values.cols() / columns : 0);
   }
   Eigen::VectorXd scale(columns);
   Eigen::Index column = 0;
@@ -284,8 +283,7 @@ struct States {
 //   has_answers  whether hull and rudders show how they answer
 States states_of(const Moments& moments, double L_pp, const Vec3<double>& nu_sd, bool has_answers) {
   States result;
-  Eigen::MatrixXd& at = result.values;
-  at = at_all_steps(moments, [&](const Moment& m) -> Eigen::VectorXd {
+  Eigen::MatrixXd& at = result.values = at_all_steps(moments, [&](const Moment& m) -> Eigen::VectorXd {
     const Actuators<double>& a = m.actuators;
     return Eigen::Vector<double, 6>(m.u, m.v, m.r * L_pp, a[Channel::n_p],
                                     a[Channel::delta] + 0.5 * (a[Channel::delta_p] + a[Channel::delta_s]),

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -144,8 +145,9 @@ EffectLibrary::EffectLibrary(const Campaign& campaign, const FittedNull& fit)
       try {
         require_applicable(type, values, campaign.ship);
         for (std::size_t r = 0; r < ships.size(); ++r) {
-          Variant& variant = variants_[r].emplace_back(Model<double>(ships[r], type, values));
-          apply_uncertainty(variant.model, fit.theta);
+          Model<double> model(ships[r], type, values);
+          apply_uncertainty(model, fit.theta);
+          variants_[r].push_back({std::move(model)});
         }
         ++entry.count;
       } catch (const EffectNotApplicable& reason) {  // some strengths may apply: k_R to a single rudder, k_P not
@@ -193,6 +195,7 @@ void EffectLibrary::add_derived() {
     return stretch.steps[k].A.middleCols<3>(kErrorStart) * acceleration;
   };
   std::vector<Derived> body;
+  body.reserve(3);
   for (int axis = 0; axis < 3; ++axis)
     body.emplace_back(
         [push, size = Vec3<double>(kPolicy.detect.reference_acceleration_mps2 * Vec3<double>::Unit(axis))](
