@@ -66,18 +66,20 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
     if (actuator.is_optional && !recording.has(actuator.channel)) continue;
     const std::vector<double>& values = require(recording, actuator.channel, ship);
     const double slack = kLimitSlack * actuator.range();
-    const auto beyond = [&](double x) { return std::max(actuator.min - x, x - actuator.max); };
-    const auto outside = std::ranges::count_if(values, [&](double x) { return beyond(x) > slack; });
+    std::size_t outside = 0, farthest = 0;
+    double most = slack;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double beyond = std::max(actuator.min - values[i], values[i] - actuator.max);
+      if (beyond > slack) ++outside;
+      if (beyond > most) most = beyond, farthest = i;
+    }
     if (outside > 0) {
-      std::size_t worst = 0;
-      for (std::size_t i = 1; i < n; ++i)
-        if (!(beyond(values[i]) <= beyond(values[worst]))) worst = i;
       const double unit = column_unit(actuator.channel);
       notices_.push_back(fmt::format(
           "{}: column '{}': {} sample{} outside the limits {:g} to {:g} of the ship '{}', {:g} at {:g} s the "
           "farthest, used as recorded",
           recording.file, column_name(actuator.channel), outside, outside == 1 ? "" : "s", actuator.min / unit,
-          actuator.max / unit, ship.name, values[worst] / unit, t_[worst]));
+          actuator.max / unit, ship.name, values[farthest] / unit, t_[farthest]));
     }
     channels_.push_back(actuator.channel);
     actuators_.push_back(values);

@@ -13,8 +13,6 @@
 namespace leeway {
 namespace {
 
-// SI per unit of the column that writers use for an actuator.
-
 class ScheduledOrders : public Maneuver {
  public:
   explicit ScheduledOrders(Schedule schedule) : schedule_(std::move(schedule)) {}

@@ -1,20 +1,18 @@
 #include "gap/filter/time_grid.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <span>
 
 #include "core/statistics.hpp"
 #include "core/wind.hpp"
 #include "dynamics/model.hpp"
+#include "gap/filter/campaign.hpp"
 #include "gap/filter/reference_units.hpp"
 #include "gap/policy/policy.hpp"
 
 namespace leeway::gap {
 namespace {
-
-constexpr std::array kVelocities{Channel::u, Channel::vm, Channel::r};
 
 // Noise of single samples of u, v_m and r, from second differences, which leave little of the ship's motion.
 Vec3<double> noise_of_samples(const std::vector<Driven>& recordings) {
@@ -22,7 +20,7 @@ Vec3<double> noise_of_samples(const std::vector<Driven>& recordings) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> differences;
     for (const Driven& driven : recordings) {
-      const std::vector<double>& x = (*driven.recording)[kVelocities[static_cast<std::size_t>(axis)]];
+      const std::vector<double>& x = (*driven.recording)[kMeasured[static_cast<std::size_t>(axis + 3)]];
       for (std::size_t i = 2; i < x.size(); ++i)
         if (const double bend = x[i] - 2.0 * x[i - 1] + x[i - 2]; std::isfinite(bend)) differences.push_back(bend);
     }
@@ -83,13 +81,17 @@ double separability(const Model<double>& model, const std::vector<Driven>& recor
                     const Vec3<double>& least, double step_s) {
   double sum = 0.0;
   for (const Driven& driven : recordings) {
-    const std::span<const double> t = (*driven.recording)[Channel::t];
-    const double sample_s = sampling_time_s(*driven.recording);
+    const Trajectory& recording = *driven.recording;
+    if (!recording.has(Channel::u) || !recording.has(Channel::vm) || !recording.has(Channel::r)) continue;
+    const std::span<const double> t = recording[Channel::t];
+    const double sample_s = sampling_time_s(recording);
+    if (t.size() < 3 || sample_s >= kPolicy.filter.thinned_below * step_s) continue;
     const auto n = static_cast<std::size_t>(std::round(step_s / sample_s));
-    if (n < 3 || sample_s >= kPolicy.filter.thinned_below * step_s) continue;
+    if (n < 3) continue;
     Vec3<double> errors = Vec3<double>::Zero();
     for (std::size_t first = 0; first + n <= t.size(); first += n)
-      errors += squared_error(t.subspan(first, n), accelerations(model, driven, first, first + n));
+      if (t[first + n - 1] - t[first] <= step_s)  // no hole between them
+        errors += squared_error(t.subspan(first, n), accelerations(model, driven, first, first + n));
     const Vec3<double> of_mean = (noise / std::sqrt(static_cast<double>(n))).cwiseMax(least);
     sum += errors.cwiseQuotient(of_mean.cwiseAbs2()).sum();
   }
