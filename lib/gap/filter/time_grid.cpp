@@ -20,7 +20,7 @@ Vec3<double> noise_of_samples(const std::vector<Driven>& recordings) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> differences;
     for (const Driven& driven : recordings) {
-      const std::vector<double>& x = (*driven.recording)[kMeasured[static_cast<std::size_t>(axis + 3)]];
+      const std::vector<double>& x = (*driven.recording)[kMeasured[static_cast<std::size_t>(axis) + 3]];
       for (std::size_t i = 2; i < x.size(); ++i)
         if (const double bend = x[i] - 2.0 * x[i - 1] + x[i - 2]; std::isfinite(bend)) differences.push_back(bend);
     }
