@@ -95,6 +95,14 @@ RecordedInputs::RecordedInputs(const Trajectory& recording, const Ship& ship, In
     if (!recording.has(Channel::psi))
       throw InputError(recording.file, 1, "",
                        "no column 'psi_deg': without the heading the recorded wind cannot be used");
+    const Channel speed = is_true ? Channel::wind_speed : Channel::app_wind_speed;
+    if (const auto least =
+            std::ranges::min_element(recording[speed], {}, [](double x) { return std::isnan(x) ? 0.0 : x; });
+        least != recording[speed].end() && *least < 0.0)
+      notices_.push_back(
+          fmt::format("{}: column '{}': {:g} at {:g} s, a speed below 0, is read as a wind from the other side",
+                      recording.file, column_name(speed), *least / column_unit(speed),
+                      t_[static_cast<std::size_t>(least - recording[speed].begin())]));
     for (std::size_t i = 0; i < n; ++i) {
       const Vec2<double> wind =
           is_true ? wind_from_vector(recording[Channel::wind_speed][i], recording[Channel::wind_dir][i])

@@ -57,7 +57,7 @@ StepInputs<double> respond(const Ship& ship, const Actuators<double>& actual, co
 
 void SimulatedShip::step(const Actuators<double>& command, const Vec2<double>& true_wind, double dt_s,
                          Integrator integrator) {
-  advance(respond(ship, actuators, command, true_wind, dt_s), dt_s, integrator);
+  advance(respond(ship, unrecorded_.value_or(actuators), command, true_wind, dt_s), dt_s, integrator);
 }
 
 void SimulatedShip::advance(StepInputs<double> inputs, double dt_s, Integrator integrator) {
@@ -66,21 +66,26 @@ void SimulatedShip::advance(StepInputs<double> inputs, double dt_s, Integrator i
   inputs.end.t_s = t_s + dt_s;
   actuators = inputs.end.actuators;
   const RudderResponse& response = model.rudder_response();
-  if (response.delay_s > 0.0) {
+  if (const double delay_s = std::abs(response.delay_s); delay_s > 0.0) {
     if (past_.empty()) past_.push_back(inputs.start);
     past_.push_back(inputs.middle);
     past_.push_back(inputs.end);
-    for (Inputs<double>* at : {&inputs.start, &inputs.middle, &inputs.end}) at->actuators = delayed(*at);
-    while (past_.size() > 2 && past_[1].t_s < t_s - response.delay_s) past_.pop_front();
+    if (response.delay_s > 0.0) {
+      for (Inputs<double>* at : {&inputs.start, &inputs.middle, &inputs.end}) at->actuators = before(*at, delay_s);
+    } else {
+      unrecorded_ = inputs.end.actuators;
+      actuators = before(inputs.end, delay_s);
+    }
+    while (past_.size() > 2 && past_[1].t_s < t_s - delay_s) past_.pop_front();
   }
   if (response.has_memory()) follow(response, inputs, dt_s);
   state = integrate(model, state, inputs, dt_s, integrator);
   t_s += dt_s;
 }
 
-Actuators<double> SimulatedShip::delayed(const Inputs<double>& inputs) const {
+Actuators<double> SimulatedShip::before(const Inputs<double>& inputs, double delay_s) const {
   Actuators<double> result = inputs.actuators;
-  const double then = inputs.t_s - model.rudder_response().delay_s;
+  const double then = inputs.t_s - delay_s;
   const auto after = std::find_if(past_.begin(), past_.end(), [&](const auto& known) { return known.t_s > then; });
   const Inputs<double>& b = after == past_.end() ? past_.back() : *after;
   const Inputs<double>& a = after == past_.begin() ? past_.front() : *(after - 1);

@@ -48,9 +48,10 @@ struct SimulatedShip {
   bool is_finite() const { return state.eta.allFinite() && state.nu.allFinite(); }
 
  private:
-  std::deque<Inputs<double>> past_;  // where rudders act late: from just before the delay on
-  Actuators<double> delayed(const Inputs<double>& inputs) const;
-  std::optional<Actuators<double>> acting_;  // where rudders are slow: what acts
+  std::deque<Inputs<double>> past_;  // where rudders act, or are recorded, late: from just before the delay on
+  Actuators<double> before(const Inputs<double>& inputs, double delay_s) const;
+  std::optional<Actuators<double>> unrecorded_;  // where rudders are recorded late: their angles now
+  std::optional<Actuators<double>> acting_;      // where rudders are slow: what acts
   void follow(const RudderResponse& response, StepInputs<double>& inputs, double dt_s);
 };
 

@@ -152,6 +152,16 @@ std::optional<EffectValues> effect_values(const EffectEntry& entry) {
     }
   }
   if (is_off) return std::nullopt;
+  const auto place = [&](ParameterRole role) {
+    return std::ranges::find(found.parameters, role, &EffectParameter::role) - found.parameters.begin();
+  };
+  const auto n = std::ssize(found.parameters), begin = place(ParameterRole::begin), end = place(ParameterRole::end);
+  const auto value = [&](std::ptrdiff_t i) { return result.values[static_cast<std::size_t>(i)]; };
+  if (begin < n && end < n && !(value(end) > value(begin)))
+    throw InputError(entry.file, 0,
+                     entry.pointer + "/" + std::string(found.parameters[static_cast<std::size_t>(end)].name),
+                     fmt::format("expected more than {} = {}, got {}",
+                                 found.parameters[static_cast<std::size_t>(begin)].name, value(begin), value(end)));
   return result;
 }
 

@@ -25,6 +25,7 @@
 #include "effects/mooring.hpp"
 #include "effects/propeller_walk.hpp"
 #include "effects/rudder_effectiveness.hpp"
+#include "effects/rudder_latency.hpp"
 #include "effects/rudder_offset.hpp"
 #include "effects/rudder_stall.hpp"
 #include "effects/shallow_water.hpp"
@@ -52,8 +53,8 @@ using Effect =
                  Anemometer<T>, UnmeasuredWind<T>, WaveDrift<T>, Fouling<T>, Draft<T>, CenterOfGravity<T>, Trim<T>,
                  CrossFlowDrag<T>, AddedMass<T>, ThrustLoss<T>, Wake<T>, PropellerWalk<T>, RudderOffset<T>,
                  RudderEffectiveness<T>, RudderStall<T>, VectwinInteraction<T>, ThrusterGain<T>, ThrusterSpeedLoss<T>,
-                 ActuatorDelay<T>, ActuatorRate<T>, ActuatorLag<T>, Tug<T>, Mooring<T>, Fender<T>, LevelIce<T>,
-                 BodyForce<T>, EarthForce<T>, ModelError<T>, Unknown<T>>;
+                 ActuatorDelay<T>, ActuatorRate<T>, ActuatorLag<T>, RudderLatency<T>, Tug<T>, Mooring<T>, Fender<T>,
+                 LevelIce<T>, BodyForce<T>, EarthForce<T>, ModelError<T>, Unknown<T>>;
 
 /// The effect at this place in the catalogue, with parameter values in the catalogue's units. Throws
 /// EffectNotApplicable if the ship lacks what it needs.

@@ -8,7 +8,7 @@ namespace leeway {
 
 /// How rudders follow the angles that are recorded of them. As it stands: at once.
 struct RudderResponse {
-  double delay_s = 0.0;                                         ///< they act this much later
+  double delay_s = 0.0;  ///< they act this much later; below 0 the angles are recorded late, and they have acted before
   double rate_radps = std::numeric_limits<double>::infinity();  ///< and turn no faster
   double lag_s = 0.0;                                           ///< time constant with which they approach
 

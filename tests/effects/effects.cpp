@@ -97,7 +97,7 @@ TEST_CASE("effects: derivatives by the parameters agree with central differences
   for (std::size_t type = 0; type < effect_catalogue().size(); ++type) {
     const EffectDescription& effect = effect_catalogue()[type];
     if (std::string_view name = effect.info.name;  // they act through the history of the inputs
-        name == "actuator-delay" || name == "actuator-rate" || name == "actuator-lag")
+        name == "actuator-delay" || name == "actuator-rate" || name == "actuator-lag" || name == "rudder-latency")
       continue;
     std::vector<double> values;
     for (const EffectParameter& p : effect.parameters) values.push_back(plausible(p));
@@ -155,6 +155,9 @@ TEST_CASE("effects: what is wrong with an entry is said with its place", "[effec
   CHECK_NOTHROW(model("vectwin-3m", "shallow-water", {{"h_over_T", std::nullopt}}));
   CHECK_THROWS_WITH(model("esso-osaka-3m", "rudder-effectiveness", {{"k_P", 0.5}}),
                     Contains("/effects/0: rudder-effectiveness: k_P and k_S belong to two rudders"));
+  CHECK_THROWS_WITH(
+      model("vectwin-3m", "tug", {{"force_N", 1.0}, {"direction_deg", 0.0}, {"t_start_s", 9.0}, {"t_end_s", 5.0}}),
+      Contains("/effects/0/t_end_s: expected more than t_start_s = 9, got 5"));
 
   const test::TemporaryFolder folder;
   const auto read = [&](const std::string& text) { return read_effects(folder.write("effect.json", text)); };

@@ -91,6 +91,29 @@ TEST_CASE("actuator delay: the rudder acts later, in a maneuver and in the repla
   CHECK(late_inputs.step(0.5, 0.1).start.actuators[Channel::delta_p] == recording[Channel::delta_p][0]);
 }
 
+TEST_CASE("rudder latency: the angles are recorded late, in a maneuver, and act before in its replay", "[effects]") {
+  const Ship ship = read_ship("vectwin-3m"), late = with(ship, "rudder-latency", {{"rudder_latency_s", 1.25}});
+  const Trajectory truth = run(ship, 60.0, 0.1);
+  Trajectory recording = run(late, 60.0, 0.1);
+  recording.file = "late.csv";
+  // The ship sails as she does; her angles are those of 1.25 s ago, before the start the first ones.
+  CHECK(recording[Channel::r] == truth[Channel::r]);
+  CHECK(recording[Channel::n_bt] == truth[Channel::n_bt]);
+  for (const std::size_t k : {20, 150, 600})
+    CHECK_THAT(recording[Channel::delta_s][k],
+               WithinAbs(0.5 * (truth[Channel::delta_s][k - 12] + truth[Channel::delta_s][k - 13]), 0.1 * kDegree));
+  CHECK(recording[Channel::delta_s][5] == truth[Channel::delta_s][0]);
+  const RecordedInputs inputs(recording, late, InputInterpolation::linear);
+  const Trajectory again = replay(late, recording, inputs, {0.1, 0.1, 0.1});
+  const auto until = [](Trajectory run, std::size_t samples) {  // behind, angles are not recorded any more
+    for (std::vector<double>& column : run.columns)
+      if (!column.empty()) column.resize(samples);
+    return run;
+  };
+  CHECK(largest_difference(until(again, 585), until(recording, 585), Channel::r) < 2e-4);
+  CHECK(largest_difference(replay(ship, recording, inputs, {0.1, 0.1, 0.1}), recording, Channel::r) > 5e-3);
+}
+
 TEST_CASE("unknown: terms give the force of their formula, and nothing where all are zero", "[effects]") {
   const Ship ship = read_ship("vectwin-3m");
   const Particulars& p = ship.particulars;
