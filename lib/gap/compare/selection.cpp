@@ -458,22 +458,23 @@ class Selector {
     selection_.left_p_value = left_beside(campaign_, comparison_.all()[*added], options_).p_value;
   }
 
-  /// One that was taken first may have stood in for two others.
+  /// Of several effects that seem needless beside the others the one goes without which the rest is likeliest.
   void drop_needless() {
     std::size_t& chosen = selection_.chosen;
-    for (bool is_shorter = chosen != 0; is_shorter;) {
-      is_shorter = false;
+    while (chosen != 0) {
       const std::vector<std::string> names = hypothesis(chosen).names();
       if (names.size() < 2 || has_terms(names)) return;
-      for (std::size_t out = 0; out < names.size() && !is_shorter; ++out) {
+      std::optional<std::size_t> shorter;
+      for (std::size_t out = 0; out < names.size(); ++out) {
         std::optional<std::size_t> reduced = std::size_t{0};
         for (std::size_t i = 0; i < names.size() && reduced; ++i)
           if (i != out) reduced = comparison_.add(*reduced, starts_with(*reduced, names[i]));
-        if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, false)) {
-          chosen = *reduced;
-          is_shorter = true;
-        }
+        if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, false) &&
+            (!shorter || comparison_.log_odds(*reduced) > comparison_.log_odds(*shorter)))
+          shorter = reduced;
       }
+      if (!shorter) return;
+      chosen = *shorter;
     }
   }
 

@@ -81,8 +81,7 @@ void sort_by_p_value(std::vector<TestedEffect>& tested) {
 // How often the smallest of all p-values is as small as `best` where there is nothing: the scores are N(0, F).
 double family_wise(double best, const std::vector<TestedEffect>& tested, const Projected& projected,
                    const EffectLibrary& library, std::uint64_t seed) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(projected.F);
-  const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd root = root_of_scores(projected.F);
   RandomStream random(seed, "gap-detect");
   // Counted at a level that draws can resolve, then carried on in proportion.
   const double level = std::max(best, kPolicy.detect.resolved_p_value);

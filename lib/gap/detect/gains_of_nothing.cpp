@@ -28,8 +28,7 @@ std::vector<double> gains_of_nothing(const Projected& beside, const std::vector<
     if (std::isfinite(one.constant)) alone.push_back(std::move(one));
   }
   if (alone.empty() || !beside.F.allFinite()) return {};
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(beside.F);
-  const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd root = root_of_scores(beside.F);
   RandomStream random(seed, "gap-nothing");
   std::vector<double> result;
   result.reserve(draws);

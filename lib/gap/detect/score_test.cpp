@@ -15,6 +15,13 @@ Projected project(const Evidence& evidence, const Eigen::VectorXd& theta, const 
   return result;
 }
 
+Eigen::MatrixXd root_of_scores(const Eigen::MatrixXd& F) {
+  const Eigen::VectorXd size = F.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd scale = (size.array() > 0.0).select(size.cwiseInverse(), 0.0);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * F * scale.asDiagonal());
+  return size.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
 ScoreTest score_test(const Eigen::VectorXd& b, const Eigen::MatrixXd& F) {
   ScoreTest test;
   const Eigen::Index n = b.size();
