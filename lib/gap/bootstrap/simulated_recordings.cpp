@@ -88,9 +88,12 @@ class SimulatedRecording {
         recorded_(campaign.recordings[recording]),
         theta_(theta),
         random_(random),
-        result_(recorded_) {
+        result_(recorded_),
+        inputs_(campaign.recorded_inputs[recording]) {
     const Eigen::Index first = theta.size() - 1 - fit_.effects;
     ship_ = fitted.hypothesis.applied_to(campaign.ship_in(recording), theta.segment(first, fit_.effects), recording);
+    // The simulated ship delays what acts; what acted before it was recorded has to be looked up.
+    if (const double delay_s = rudder_response_of(ship_).delay_s; delay_s < 0.0) inputs_ = inputs_.through({delay_s});
     for (const Channel channel : kMeasured)
       if (result_.has(channel)) std::ranges::fill(result_[channel], kMissing);
   }
@@ -169,7 +172,7 @@ class SimulatedRecording {
     const double h = dt_s / steps;
     const double late_s = theta_[theta_.size() - 1] * kPolicy.filter.timing_share * sampling_time_s(recorded_);
     for (int i = 0; i < steps; ++i) {
-      StepInputs<double> inputs = with_error(campaign_.recorded_inputs[place_].step(ship.t_s - late_s, h), wind_error);
+      StepInputs<double> inputs = with_error(inputs_.step(ship.t_s - late_s, h), wind_error);
       const double by = (to - from) / steps, start = from + i * by;
       correct_rudders(inputs.start.actuators, start);
       correct_rudders(inputs.middle.actuators, start + 0.5 * by);
@@ -213,6 +216,7 @@ class SimulatedRecording {
   const Eigen::VectorXd& theta_;
   RandomStream& random_;
   Trajectory result_;
+  RecordedInputs inputs_;
   Ship ship_;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +12,7 @@
 #include "core/errors.hpp"
 #include "core/statistics.hpp"
 #include "core/units.hpp"
+#include "gap/filter/actuator_errors.hpp"
 #include "gap/filter/time_grid.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/sensors/channel_quality.hpp"
@@ -201,6 +203,7 @@ class Preparation {
       campaign_.recorded_inputs.emplace_back(recording, campaign_.ship, InputInterpolation::at_actuator_rate);
       driven.push_back({&recording, campaign_.recorded_inputs.back().through(response_)});
     }
+    actuator_errors_.emplace(recordings, campaign_.ship);
     if (adapts_) target_s_ = grid_step_s(campaign_.ship, driven, target_s_);
   }
 
@@ -243,6 +246,7 @@ class Preparation {
           used_ - with_wind_, used_));
     for (const auto& [how, count] : thinned_)
       campaign_.notices.push_back(fmt::format("{} of {} recordings: {}", count, recordings.size(), how));
+    for (std::string& notice : actuator_errors_->notices()) campaign_.notices.push_back(std::move(notice));
     campaign_.step_s = median(std::move(steps_));
     campaign_.own_effects.resize(recordings.size());
     campaign_.recordings = std::move(recordings);
@@ -266,16 +270,22 @@ class Preparation {
   // Parts end at holes; short holes are bridged by points without measurements.
   std::vector<std::vector<Point>> parts(const Trajectory& recording, const std::vector<Point>& points, double step_s) {
     std::vector<std::vector<Point>> parts;
+    const std::vector<std::pair<double, double>> lost = actuator_errors_->lost(recording, step_s);
+    auto next = lost.begin();
     double last_measured_s = -1e300, longest_hole_s = 0.0, longest_from_s = 0.0;
     std::size_t holes = 0;
     for (const Point& point : points) {
       if (!point.is_measured()) continue;
+      bool is_cut = false;  // by what nobody knows of an actuator
+      while (next != lost.end() && next->second <= point.t_s) ++next, is_cut = true;
+      if (next != lost.end() && next->first < point.t_s) continue;
       if (const double hole_s = point.t_s - last_measured_s;
           !parts.empty() && hole_s > kPolicy.filter.hole_steps * step_s) {
         ++holes;
         if (hole_s > longest_hole_s) longest_hole_s = hole_s, longest_from_s = last_measured_s;
       }
-      const bool is_after_gap = point.t_s - last_measured_s > std::max(gap_s_, kPolicy.filter.hole_steps * step_s);
+      const bool is_after_gap =
+          is_cut || point.t_s - last_measured_s > std::max(gap_s_, kPolicy.filter.hole_steps * step_s);
       if (is_after_gap || parts.back().size() >= kPolicy.filter.most_points) parts.emplace_back();
       std::vector<Point>& part = parts.back();
       if (!part.empty()) {
@@ -292,7 +302,14 @@ class Preparation {
           "{}: {} hole{} without any measurement, the longest of {:.3g} s from {:.4g} s on; {}", recording.file, holes,
           holes > 1 ? "s" : "", longest_hole_s, longest_from_s,
           longest_hole_s > gap_s_ ? "holes longer than " + fmt::format("{:.3g} s", gap_s_) + " cut it in pieces"
-                                  : "the filter passes over them"));
+          : lost.empty()          ? "the filter passes over them"
+                                  : "the filter passes over those in which it is known what actuators did"));
+    if (!lost.empty())
+      campaign_.notices.push_back(
+          fmt::format("{}: nobody knows what actuators did in {} hole{}, the first of {:.3g} s from {:.4g} s on: such "
+                      "holes cut it in pieces",
+                      recording.file, lost.size(), lost.size() > 1 ? "s" : "", lost.front().second - lost.front().first,
+                      lost.front().first));
     return parts;
   }
 
@@ -315,6 +332,7 @@ class Preparation {
       }
       stretch.sample_s = sampling_time_s(recording);
       set_inputs(stretch, inputs, substep_s_);
+      actuator_errors_->set(stretch, recording);
       campaign_.stretches.push_back(std::move(stretch));
     }
     const double least_s = static_cast<double>(kPolicy.filter.fewest_points) * step_s;
@@ -330,6 +348,7 @@ class Preparation {
   Campaign campaign_;
   const CampaignOptions& options_;
   const RudderResponse response_;  // that the simulator itself knows
+  std::optional<ActuatorErrors> actuator_errors_;
   double substep_s_, target_s_, gap_s_;
   bool adapts_;  // whether the grid follows what means over it would be off by
   std::vector<double> steps_;

@@ -18,6 +18,15 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< (x0, y0 [m], psi [rad], u, v_m [
 inline constexpr std::array<Channel, 6> kMeasured{Channel::x0, Channel::y0, Channel::psi,
                                                   Channel::u,  Channel::vm, Channel::r};
 
+/// Of how many actuators a stretch may have errors.
+inline constexpr std::size_t kActuatorErrors = 4;
+/// How far what acts may be from what is recorded (ActuatorErrors): one standard deviation, and whether the next step
+/// has the same error.
+struct ActuatorError {
+  std::array<double, kActuatorErrors> sd{};  ///< [rad, 1/s]
+  std::array<bool, kActuatorErrors> goes_on{};
+};
+
 /// A part of a recording without a long gap, on the filter's time grid; it has an initial state of its own.
 struct Stretch {
   std::size_t recording = 0;
@@ -28,8 +37,10 @@ struct Stretch {
   /// The same with the actuators later by a tenth of the recording's sampling time: how well their motion between
   /// samples is known.
   std::vector<std::vector<StepInputs<double>>> late_inputs;
-  double wind_speed_mps = 0.0;  ///< mean of the recorded true wind; 0: no wind is recorded
-  double sample_s = 0.0;        ///< of the recording
+  std::vector<Channel> uncertain;              ///< actuators that have errors
+  std::vector<ActuatorError> actuator_errors;  ///< of each step, in this order; empty: none has
+  double wind_speed_mps = 0.0;                 ///< mean of the recorded true wind; 0: no wind is recorded
+  double sample_s = 0.0;                       ///< of the recording
 
   std::size_t size() const { return t_s.size(); }
   double dt_s(std::size_t k) const { return t_s[k + 1] - t_s[k]; }

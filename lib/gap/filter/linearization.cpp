@@ -242,6 +242,23 @@ class PathFilter {
   Filter filter_;
 };
 
+// What the errors of the inputs do to step k, each by its standard deviation.
+//   end      of the step with the inputs as recorded
+//   advance  the step with others
+template <typename Advance>
+ByRow<kShipStates> by_actuators(const Stretch& stretch, std::size_t k, const Vec6& end, const Advance& advance) {
+  ByRow<kShipStates> result = ByRow<kShipStates>::Zero(kShipStates, kActuatorErrors);
+  for (std::size_t a = 0; a < stretch.uncertain.size(); ++a) {
+    const double sd = stretch.actuator_errors[k].sd[a];
+    if (sd == 0.0) continue;
+    std::vector<StepInputs<double>> inputs = stretch.inputs[k];
+    for (StepInputs<double>& in : inputs)
+      for (Inputs<double>* at : {&in.start, &in.middle, &in.end}) at->actuators[stretch.uncertain[a]] += sd;
+    result.col(static_cast<Eigen::Index>(a)) = advance(inputs) - end;
+  }
+  return result;
+}
+
 // Derivatives of the steps along result.path, which the filter renews on the way if there is `noise`.
 LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::VectorXd& theta, const Noise* noise) {
   const Stretch& stretch = *result.data;
@@ -259,6 +276,10 @@ LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::Vec
     const Vec6 end = derivatives.advance(result.path[k], stretch.inputs[k], h, step);
     step.G.col(timing) = advance<double>(plain, result.path[k], stretch.late_inputs[k], h) - end;
     step.offset = end - result.path[k + 1].head<kShipStates>() + theta[timing] * step.G.col(timing);
+    if (!stretch.uncertain.empty())
+      step.by_actuators = by_actuators(stretch, k, end, [&](const std::vector<StepInputs<double>>& inputs) {
+        return advance<double>(plain, result.path[k], inputs, h);
+      });
     if (filter) filter->follow(k);
   }
   result.mean_offset =
@@ -289,6 +310,10 @@ LinearStretch linearize(const EnsembleSimulator& simulator, LinearStretch result
     step.beyond = beyond.empty() ? 0.0 : *std::max_element(beyond.begin(), beyond.end());
     step.G = steps.end(x, stretch.late_inputs[k], h) - to.end;
     step.offset = to.end - result.path[k + 1].head<kShipStates>() + theta[0] * step.G;
+    if (!stretch.uncertain.empty())
+      step.by_actuators = by_actuators(stretch, k, to.end, [&](const std::vector<StepInputs<double>>& acting) -> Vec6 {
+        return steps.end(x, acting, h);
+      });
     if (filter) filter->follow(k);
   }
   result.mean_offset = mean_offsets(

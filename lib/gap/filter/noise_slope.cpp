@@ -6,7 +6,7 @@
 namespace leeway::gap {
 namespace {
 
-// The way back, with the states of a receiver's error (kFilterStates) or without (kStates). What is known of later
+// The way back, with as many states as there are errors (with_states()). What is known of later
 // measurements is their derivative by the predicted mean, r, and less its expected square by the predicted covariance,
 // N. r is linear in the parameters, which are Gaussian: its first column is at their mean, the others go with `root`,
 // so that E[r r'] = W W'.
@@ -75,7 +75,7 @@ class WayBack {
     const double variance = noise_.measurement_sd[i] * noise_.measurement_sd[i];
     slope_.measurement_sd[i] += variance * (e.squaredNorm() - D);
     Eigen::Matrix<double, states, 1> Z = Eigen::Matrix<double, states, 1>::Unit(i);
-    if constexpr (states > kStates) Z.template tail<2>() = taken.of_receiver;
+    if constexpr (states > kStates) Z.template segment<2>(kReceiverStart) = taken.of_receiver;
     W_.row(i) += e;
     if constexpr (states > kStates)
       for (int j = 0; j < 2; ++j)
@@ -112,7 +112,8 @@ class WayBack {
     const double wind_sd = noise_.wind_share * stretch_.data->wind_speed_mps;
     for (int i = kWindStart; i < kStates; ++i)
       slope_.wind_share += by_covariance_(i, i) * (1.0 - A(i, i) * A(i, i)) * wind_sd * wind_sd;
-    if constexpr (states > kStates) add_receiver(k, by_A);
+    if constexpr (states > kStates)
+      if (noise_.one_receiver) add_receiver(k, by_A);
   }
 
   // The receiver's velocity and the way that it leads, see Filter::predict.
@@ -139,7 +140,7 @@ class WayBack {
       slope_.sigma_w[i] += by_covariance_(kErrorStart + i, kErrorStart + i) * sigma[i] * sigma[i];
     const double wind_sd = noise_.wind_share * stretch_.data->wind_speed_mps;
     for (int i = kWindStart; i < kStates; ++i) slope_.wind_share += by_covariance_(i, i) * wind_sd * wind_sd;
-    for (int i = kReceiverStart; i < states; ++i)
+    for (int i = kReceiverStart; i < std::min(states, kReceiverStates) && noise_.one_receiver; ++i)
       slope_.receiver_sd += by_covariance_(i, i) * noise_.receiver_sd * noise_.receiver_sd;
   }
 
@@ -170,8 +171,8 @@ NoiseSlope& NoiseSlope::operator+=(const NoiseSlope& other) {
 
 NoiseSlope noise_slope(const LinearStretch& stretch, const Noise& noise, const Passage& passage,
                        const Eigen::VectorXd& mean, const Eigen::MatrixXd& root) {
-  return noise.one_receiver ? WayBack<kFilterStates>(stretch, noise, passage, mean, root).go()
-                            : WayBack<kStates>(stretch, noise, passage, mean, root).go();
+  return with_states(stretch, noise,
+                     [&]<int states>() { return WayBack<states>(stretch, noise, passage, mean, root).go(); });
 }
 
 }  // namespace leeway::gap

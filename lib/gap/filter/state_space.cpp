@@ -39,6 +39,7 @@ Filter::Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index co
   covariance.diagonal().segment<2>(kWindStart).setConstant(wind_sd_ * wind_sd_);
   if (noise.one_receiver)
     covariance.diagonal().segment<2>(kReceiverStart).setConstant(noise.receiver_sd * noise.receiver_sd);
+  covariance.diagonal().tail<kActuatorErrors>().setOnes();
 }
 
 Vec3<double> Filter::sigma_w(std::size_t k) const {
@@ -61,6 +62,12 @@ Filter::Matrix Filter::transition(std::size_t k) const {
   A.topLeftCorner<kShipStates, kStates>() = stretch_.steps[k].A;
   A.diagonal().segment<3>(kErrorStart).setConstant(std::exp(-dt / noise_.tau_s));
   A.diagonal().segment<2>(kWindStart).setConstant(std::exp(-dt / noise_.wind_tau_s));
+  if (!stretch_.data->uncertain.empty()) {
+    A.topRightCorner<kShipStates, kActuatorErrors>() = stretch_.steps[k].by_actuators;
+    for (std::size_t a = 0; a < kActuatorErrors; ++a)
+      A.diagonal().tail<kActuatorErrors>()[static_cast<Eigen::Index>(a)] =
+          stretch_.data->actuator_errors[k].goes_on[a] ? 1.0 : 0.0;
+  }
   if (!noise_.one_receiver) return A;
   const double kept = std::exp(-dt / noise_.receiver_tau_s);
   A.diagonal().segment<2>(kReceiverStart).setConstant(kept);
@@ -99,7 +106,9 @@ void Filter::predict(std::size_t k) {
   for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
   const Vec6 timing = noise_.timing_sd * stretch_.steps[k].G.rightCols<1>();
   ship += timing * timing.transpose();
-  if constexpr (states > kStates) {
+  if constexpr (states > kActuatorStart)
+    for (int i = kActuatorStart; i < states; ++i) covariance(i, i) += 1.0 - A(i, i);
+  if (states > kStates && noise_.one_receiver) {
     // Of an Ornstein-Uhlenbeck velocity and the way that it leads.
     const double tau = noise_.receiver_tau_s, variance = noise_.receiver_sd * noise_.receiver_sd,
                  kept = A(kReceiverStart, kReceiverStart), lost = 1.0 - kept;
@@ -142,12 +151,12 @@ int Filter::take(std::size_t k) {
     Eigen::Matrix<double, states, 1> with = P.col(i);  // covariance of the states with what is measured
     double S = covariance(i, i) + noise_.measurement_sd[i] * noise_.measurement_sd[i], expected = mean[i];
     if constexpr (states > kStates)
-      if (i == 3 || i == 4) {
+      if (noise_.one_receiver && (i == 3 || i == 4)) {
         const double psi = stretch_.path[k][2];
         of_receiver = i == 3 ? Vec2<double>(std::cos(psi), std::sin(psi)) : Vec2<double>(-std::sin(psi), std::cos(psi));
-        with += P.template rightCols<2>() * of_receiver;
-        S += (with.template tail<2>() + P.col(i).template tail<2>()).dot(of_receiver);
-        expected += m.template tail<2>().dot(of_receiver);
+        with += P.template middleCols<2>(kReceiverStart) * of_receiver;
+        S += (with + P.col(i)).template segment<2>(kReceiverStart).dot(of_receiver);
+        expected += m.template segment<2>(kReceiverStart).dot(of_receiver);
       }
     const double per_root = 1.0 / std::sqrt(S);
     const double e = y - stretch_.path[k][i] - stretch_.mean_offset[k][i] - expected;
@@ -181,8 +190,10 @@ void Filter::take_columns(int count, Eigen::Index first) {
 }
 
 template void Filter::predict<kStates>(std::size_t k);
+template void Filter::predict<kReceiverStates>(std::size_t k);
 template void Filter::predict<kFilterStates>(std::size_t k);
 template int Filter::take<kStates>(std::size_t k);
+template int Filter::take<kReceiverStates>(std::size_t k);
 template int Filter::take<kFilterStates>(std::size_t k);
 
 namespace {
@@ -333,8 +344,7 @@ Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::V
     passed.filtered[k] = filter.mean;
     passed.filtered_covariance[k] = filter.covariance;
   }
-  noise.one_receiver ? smooth_back<kFilterStates>(filter, passed, result)
-                     : smooth_back<kStates>(filter, passed, result);
+  with_states(stretch, noise, [&]<int states>() { smooth_back<states>(filter, passed, result); });
   for (std::size_t k = 0; k < n; ++k) result.state[k] += stretch.path[k];
   return result;
 }

@@ -15,8 +15,9 @@
 ///   w and e are first-order Gauss-Markov (Ornstein-Uhlenbeck) processes, held over a step.
 /// Measured are eta and nu with white noise. Where positions and velocities are of one receiver they share an error
 /// beside it, n, a velocity in earth axes that is an Ornstein-Uhlenbeck process as well: u and v_m are measured with it
-/// on top, and the position goes where it leads. The filter has its two components as states. Around a path and
-/// parameters theta,
+/// on top, and the position goes where it leads. The filter has its two components as states. Where actuators are not
+/// recorded well (ActuatorErrors), it has their errors as states, each in its standard deviation, which stay for as
+/// long as an error goes on and are others afterwards. Around a path and parameters theta,
 ///   dx(k+1) = offset + A dx(k) + G dtheta + noise.
 /// Forces would be the wrong place for the error: a lighter ship would make it cheaper (docs/gap-locate.md).
 /// Where the simulator is an ensemble, the stationary covariance of w grows by that of its members' accelerations;
@@ -24,8 +25,9 @@
 namespace leeway::gap {
 
 inline constexpr int kStates = 11, kShipStates = 6, kErrorStart = 6, kWindStart = 9;
-/// With the error of a receiver, which acts on no ship: states of the filter alone.
-inline constexpr int kReceiverStart = kStates, kFilterStates = kStates + 2;
+/// With the error of a receiver, which acts on no ship, and with those of the inputs: states of the filter alone.
+inline constexpr int kReceiverStart = kStates, kReceiverStates = kStates + 2, kActuatorStart = kReceiverStates,
+                     kFilterStates = kActuatorStart + static_cast<int>(kActuatorErrors);
 using StateVector = Eigen::Matrix<double, kStates, 1>;
 using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 /// Derivatives of `rows` quantities by many columns, one row after another: what the filter does to rows goes along
@@ -66,6 +68,7 @@ struct LinearStep {
   Vec6 offset;                                    ///< simulator's step from the path, less the path's next point
   Eigen::Matrix<double, kShipStates, kStates> A;  ///< by x(k)
   ByRow<kShipStates> G;                           ///< by theta
+  ByRow<kShipStates> by_actuators;                ///< by the inputs' errors, in their sd; empty: they have none
   /// Covariance of the accelerations of an ensemble's members; of a ship: of those that derivatives miss, where its
   /// model switches.
   Mat3<double> spread = Mat3<double>::Zero();
@@ -144,6 +147,15 @@ struct Evidence {
   Evidence& operator+=(const Evidence& other);
 };
 
+/// Calls what depends on how many states the filter has: those of the model alone, with the error of a receiver, or
+/// with that and the errors of the inputs.
+template <typename Call>
+auto with_states(const LinearStretch& stretch, const Noise& noise, const Call& call) {
+  if (!stretch.data->uncertain.empty()) return call.template operator()<kFilterStates>();
+  if (noise.one_receiver) return call.template operator()<kReceiverStates>();
+  return call.template operator()<kStates>();
+}
+
 /// The Kalman filter along a stretch, step by step; white innovations come out one by one.
 class Filter {
  public:
@@ -154,12 +166,14 @@ class Filter {
   Filter(const LinearStretch& stretch, const Noise& noise, Eigen::Index columns);
 
   /// Goes from point k to k+1; the caller then adds its columns to the top six rows of `columns`.
-  void predict(std::size_t k) { noise_.one_receiver ? predict<kFilterStates>(k) : predict<kStates>(k); }
+  void predict(std::size_t k) {
+    with_states(stretch_, noise_, [&]<int states>() { predict<states>(k); });
+  }
   /// Takes the measurements of point k one by one: innovation(taken, row), row = dz/dbeta
   /// with the sign that makes b = sum z row.
   template <typename Innovation>
   void update(std::size_t k, const Innovation& innovation) {
-    const int count = noise_.one_receiver ? take<kFilterStates>(k) : take<kStates>(k);
+    const int count = with_states(stretch_, noise_, [&]<int states>() { return take<states>(k); });
     for (int t = 0; t < count; ++t) innovation(taken_[t], rows_.row(t));
   }
 
@@ -180,7 +194,7 @@ class Filter {
   };
 
  private:
-  // All below is with the states of a receiver's error (kFilterStates) or without (kStates).
+  // All below is with as many states as there are errors (with_states()).
   template <int states>
   void predict(std::size_t k);
   template <int states>

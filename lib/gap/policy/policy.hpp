@@ -34,6 +34,8 @@ struct FilterPolicy {
   double independent = 2.0;  ///< [correlation times] of the noise after which a measurement counts anew | origin: theory, a first-order process
   double most_left_out = 10.0;  ///< [points] of the grid between two measurements | origin: choice
   std::int64_t averaged_parts = 8;  ///< [parts] of a step in which recorded inputs are averaged | origin: choice
+  double coarsest_actuator_share = 0.02;  ///< [-] of an actuator's range: steps of recorded orders that are larger are no rounding | origin: choice, indicators show a degree of 70 or better
+  double lost_actuator = 0.5;  ///< [ranges x steps] by which an actuator's bridging errs, times the hole's length: beyond, a stretch ends | origin: choice, half an actuator's range over one step of the grid
   double timing_share = 0.1;  ///< [-] of the sampling time: how well the motion of actuators between samples is known | origin: choice
   double paper_length_m = 3.0;  ///< [m] of the ship that the ensemble paper learns with time steps of 1 s | origin: the paper
   double slowest = 1.5;  ///< [-] sampling time by the time step of an ensemble: no longer holes are bridged | origin: choice

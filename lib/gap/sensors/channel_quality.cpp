@@ -19,28 +19,6 @@ namespace {
 
 constexpr std::array kMotion{Channel::u, Channel::vm, Channel::r, Channel::x0, Channel::y0, Channel::psi};
 
-// The smallest step between different values where all are multiples of it; 0 for a channel that is not quantized.
-double resolution(const std::vector<double>& values) {
-  std::vector<double> sorted;
-  for (const double x : values)
-    if (std::isfinite(x)) sorted.push_back(x);
-  std::sort(sorted.begin(), sorted.end());
-  const std::size_t samples = sorted.size();
-  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
-  if (samples < kPolicy.sensors.fewest_for_resolution || sorted.size() < 3 || 2 * sorted.size() > samples) return 0.0;
-  // Values that were read from text differ in the last digits.
-  const double spread = sorted.back() - sorted.front();
-  double step = spread;
-  for (std::size_t k = 1; k < sorted.size(); ++k)
-    if (sorted[k] - sorted[k - 1] > kPolicy.sensors.same_value * spread)
-      step = std::min(step, sorted[k] - sorted[k - 1]);
-  for (std::size_t k = 1; k < sorted.size(); ++k) {
-    const double steps = (sorted[k] - sorted[k - 1]) / step;
-    if (std::abs(steps - std::round(steps)) > kPolicy.sensors.same_step) return 0.0;
-  }
-  return step;
-}
-
 // Residual maker of a cubic through n equidistant samples.
 Eigen::MatrixXd cubic_residual(Eigen::Index n) {
   Eigen::MatrixXd powers(n, 4);
@@ -192,6 +170,27 @@ std::vector<Repeats> frozen_runs(const Trajectory& recording, Channel channel, c
 }
 
 }  // namespace
+
+double resolution(const std::vector<double>& values) {
+  std::vector<double> sorted;
+  for (const double x : values)
+    if (std::isfinite(x)) sorted.push_back(x);
+  std::sort(sorted.begin(), sorted.end());
+  const std::size_t samples = sorted.size();
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  if (samples < kPolicy.sensors.fewest_for_resolution || sorted.size() < 3 || 2 * sorted.size() > samples) return 0.0;
+  // Values that were read from text differ in the last digits.
+  const double spread = sorted.back() - sorted.front();
+  double step = spread;
+  for (std::size_t k = 1; k < sorted.size(); ++k)
+    if (sorted[k] - sorted[k - 1] > kPolicy.sensors.same_value * spread)
+      step = std::min(step, sorted[k] - sorted[k - 1]);
+  for (std::size_t k = 1; k < sorted.size(); ++k) {
+    const double steps = (sorted[k] - sorted[k - 1]) / step;
+    if (std::abs(steps - std::round(steps)) > kPolicy.sensors.same_step) return 0.0;
+  }
+  return step;
+}
 
 std::vector<ChannelQuality> channel_qualities(const std::vector<Trajectory>& recordings, const FroudeScale& scale) {
   std::vector<ChannelQuality> result;

@@ -17,6 +17,9 @@ namespace leeway::gap {
 /// median keeps that small.
 std::vector<ChannelQuality> channel_qualities(const std::vector<Trajectory>& recordings, const FroudeScale& scale);
 
+/// The smallest step between different values where all are multiples of it; 0 for a channel that is not rounded.
+double resolution(const std::vector<double>& values);
+
 /// That a channel is frozen, and where.
 std::string frozen_text(const ChannelQuality& quality);
 

@@ -15,15 +15,23 @@ using namespace leeway;
 namespace {
 
 // What the Esso Osaka recorded in calm air, with a ship linearized along it.
-gap::LinearStretch linearized(const Ship& ship, double duration_s) {
+//   errs  whether rudder and propeller are taken not to be recorded well
+gap::LinearStretch linearized(const Ship& ship, double duration_s, bool errs = false) {
   const std::vector<Trajectory> recordings =
       test::recorded({.ship = "esso-osaka-3m", .recordings = 1, .duration_s = duration_s, .wind_mps = 0.0},
                      read_ship("esso-osaka-3m"));
   const gap::Campaign campaign = gap::prepare(ship, recordings, {});
   REQUIRE(campaign.stretches.size() == 1);
-  const auto stretch = std::make_shared<const gap::Stretch>(campaign.stretches.front());
+  gap::Stretch stretch = campaign.stretches.front();
+  REQUIRE(stretch.uncertain.empty());
+  if (errs) {
+    stretch.uncertain = {Channel::delta, Channel::n_p};
+    for (std::size_t k = 0; k + 1 < stretch.size(); ++k)
+      stretch.actuator_errors.push_back({{2.0 * kDegree, 0.5}, {k % 3 != 0, k % 7 != 0}});
+  }
+  const auto data = std::make_shared<const gap::Stretch>(stretch);
   const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
-  return gap::linearize(ship, stretch, gap::measured_path(*stretch), Eigen::VectorXd::Zero(coefficients));
+  return gap::linearize(ship, data, gap::measured_path(*data), Eigen::VectorXd::Zero(coefficients));
 }
 
 }  // namespace
@@ -58,8 +66,9 @@ TEST_CASE("filter: a ship that does not keep her course leaves covariances what 
   CHECK(std::isfinite(gap::evidence(linear, noise).log_likelihood));
 }
 
-TEST_CASE("filter: with a receiver's error it gives the density of what is measured", "[gap]") {
-  const gap::LinearStretch linear = linearized(read_ship("esso-osaka-3m"), 40.0);
+TEST_CASE("filter: with errors of a receiver and of actuators it gives the density of what is measured", "[gap]") {
+  const bool errs = GENERATE(false, true);
+  const gap::LinearStretch linear = linearized(read_ship("esso-osaka-3m"), 40.0, errs);
   gap::Noise noise;
   noise.sigma_w = {5e-4, 5e-4, 5e-4};
   noise.tau_s = 10.0;
@@ -67,7 +76,8 @@ TEST_CASE("filter: with a receiver's error it gives the density of what is measu
   noise.measurement_sd << 0.01, 0.02, 0.002, 0.004, 0.003, 0.002;
   noise.timing_sd = 0.0;
   noise.knows_spread = false;
-  noise.one_receiver = true;
+  noise.one_receiver = GENERATE(false, true);
+  CAPTURE(errs, noise.one_receiver);
   noise.receiver_sd = 0.02;
   noise.receiver_tau_s = 3.0;
 
@@ -93,7 +103,8 @@ TEST_CASE("filter: with a receiver's error it gives the density of what is measu
       nw = kept * (nw + h * nn);
       nn = kept * kept * nn + noise.receiver_sd * noise.receiver_sd * (1.0 - kept * kept);
     }
-    for (int i = 0; i < 2; ++i) {
+    for (int i = gap::kActuatorStart; i < states; ++i) Q(i, i) = 1.0 - A(i, i) * A(i, i);
+    for (int i = 0; i < 2 && noise.one_receiver; ++i) {
       Q(11 + i, 11 + i) = nn;
       Q(i, 11 + i) = Q(11 + i, i) = nw;
       Q(i, i) = ww;

@@ -23,12 +23,25 @@ TEST_CASE("policy: its hash changes with each value, and only then", "[gap][poli
 
 TEST_CASE("policy: no other file of lib/gap names a number of its own", "[gap][policy]") {
   // Sizes of types and of blocks of memory, places in a state, units: they decide nothing.
-  const std::set<std::string> allowed{"kLevels",    "kTauLevel",          "kWindLevel",
-                                      "kStates",    "kShipStates",        "kErrorStart",
-                                      "kWindStart", "kReceiverLevel",     "kWidth",
-                                      "kRows",      "kDirections",        "kToDegrees",
-                                      "kPerSi",     "kDirectionUnit_deg", "kFaultParameterCount",
-                                      "kGroups",    "kEvenMotions",       "kChunk",
+  const std::set<std::string> allowed{"kLevels",
+                                      "kTauLevel",
+                                      "kWindLevel",
+                                      "kStates",
+                                      "kShipStates",
+                                      "kErrorStart",
+                                      "kWindStart",
+                                      "kActuatorErrors",
+                                      "kReceiverLevel",
+                                      "kWidth",
+                                      "kRows",
+                                      "kDirections",
+                                      "kToDegrees",
+                                      "kPerSi",
+                                      "kDirectionUnit_deg",
+                                      "kFaultParameterCount",
+                                      "kGroups",
+                                      "kEvenMotions",
+                                      "kChunk",
                                       "kDecaying"};
   const std::regex statement(R"(constexpr[^;()]*?\bk[A-Z]\w*[^;]*;)"),
       number(R"(\b(k[A-Z]\w*)\s*(=\s*\{*|\{+)\s*[-+]?\.?[0-9])");
