@@ -22,7 +22,9 @@ ActuatorErrors::ActuatorErrors(const std::vector<Trajectory>& recordings, const 
     if (values.empty()) continue;
     const double step = resolution(values);  // orders in steps of 5 deg are no rounding
     const double range = actuator.range();
-    known_[actuator.channel] = {range, step < kPolicy.filter.coarsest_actuator_share * range ? step : 0.0};
+    const bool counts =
+        step > kPolicy.filter.finest_actuator_share * range && step < kPolicy.filter.coarsest_actuator_share * range;
+    known_[actuator.channel] = {range, counts ? step : 0.0};
   }
 }
 
