@@ -78,7 +78,8 @@ TEST_CASE("effects: at a plausible strength every effect changes the motion, and
         if (ship.has_twin_rudders() || (p.name != "k_P" && p.name != "k_S")) some.emplace_back(p.name, plausible(p));
       CAPTURE(name, effect.info.name);
       const Trajectory changed = run(with(ship, std::string(effect.info.name), some));
-      double most = largest_difference(changed, without, Channel::u) + largest_difference(changed, without, Channel::vm);
+      double most =
+          largest_difference(changed, without, Channel::u) + largest_difference(changed, without, Channel::vm);
       if (effect.info.name == "rudder-latency")  // it changes what is recorded of the rudders alone
         most = largest_difference(changed, without, ship.has_twin_rudders() ? Channel::delta_s : Channel::delta);
       CHECK(most > 1e-5);

@@ -14,8 +14,8 @@ struct Projected {
 };
 Projected project(const Evidence& evidence, const Eigen::VectorXd& theta, const ThetaPrior& prior);
 
-/// A root of F, which standard normal numbers times it become such scores by. Columns are scaled to correlations first: a
-/// small one would drown in the rounding of those that are a million times larger.
+/// A root of F, which standard normal numbers times it become such scores by. Columns are scaled to correlations first:
+/// a small one would drown in the rounding of those that are a million times larger.
 Eigen::MatrixXd root_of_scores(const Eigen::MatrixXd& F);
 
 /// b' F^-1 b over the directions that the recordings determine, and their number.
