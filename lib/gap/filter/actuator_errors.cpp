@@ -97,8 +97,7 @@ std::vector<std::pair<double, double>> ActuatorErrors::lost(const Trajectory& re
         result.emplace_back(t[hole.before], t[hole.after]);
   }
   std::ranges::sort(result);
-  const auto again = std::ranges::unique(result);  // that of several actuators
-  result.erase(again.begin(), again.end());
+  result.erase(std::unique(result.begin(), result.end()), result.end());  // those of several actuators
   return result;
 }
 
