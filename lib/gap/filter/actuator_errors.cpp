@@ -5,8 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "core/statistics.hpp"
-#include "core/units.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/sensors/channel_quality.hpp"
 #include "recording/samples.hpp"
@@ -67,19 +65,20 @@ ActuatorErrors::Bridging ActuatorErrors::bridging(Channel channel, double hole_s
 }
 
 std::vector<ActuatorErrors::Hole> ActuatorErrors::holes(const Trajectory& recording, Channel channel, std::size_t first,
-                                                        std::size_t end) const {
+                                                        std::size_t end) {
   const std::vector<double>&x = recording[channel], &t = recording[Channel::t];
   const double sample_s = sampling_time_s(recording);
-  std::map<std::pair<double, bool>, Bridging> known;  // of as many sampling times
   std::vector<Hole> result;
   std::size_t last = first;
   for (std::size_t i = first; i < end; ++i) {
     if (std::isnan(x[i])) continue;
     if (i > last && !std::isnan(x[last]) && t[i] - t[last] > kPolicy.filter.hole_steps * sample_s) {
       // Missing values are bridged by the last known one, missing samples by a straight line.
-      const std::pair<double, bool> like{std::round((t[i] - t[last]) / sample_s) * sample_s, i > last + 1};
-      if (!known.contains(like)) known[like] = bridging(channel, like.first, like.second);
-      const Bridging& of = known[like];
+      const double hole_s = std::round((t[i] - t[last]) / sample_s) * sample_s;
+      const bool is_held = i > last + 1;
+      const auto [at, is_new] = bridgings_.try_emplace({channel, hole_s, is_held});
+      if (is_new) at->second = bridging(channel, hole_s, is_held);
+      const Bridging& of = at->second;
       result.push_back({last, i, std::sqrt(of.rest + of.per_change * (x[i] - x[last]) * (x[i] - x[last]))});
     }
     last = i;
@@ -87,7 +86,7 @@ std::vector<ActuatorErrors::Hole> ActuatorErrors::holes(const Trajectory& record
   return result;
 }
 
-std::vector<std::pair<double, double>> ActuatorErrors::lost(const Trajectory& recording, double step_s) const {
+std::vector<std::pair<double, double>> ActuatorErrors::lost(const Trajectory& recording, double step_s) {
   const std::vector<double>& t = recording[Channel::t];
   std::vector<std::pair<double, double>> result;
   for (const auto& [channel, known] : known_) {
@@ -101,7 +100,7 @@ std::vector<std::pair<double, double>> ActuatorErrors::lost(const Trajectory& re
   return result;
 }
 
-void ActuatorErrors::set(Stretch& stretch, const Trajectory& recording) const {
+void ActuatorErrors::set(Stretch& stretch, const Trajectory& recording) {
   const std::vector<double>& t = recording[Channel::t];
   const auto place = [&](double t_s) {  // of the last sample that is not behind t_s
     const auto behind = std::ranges::upper_bound(t, t_s);

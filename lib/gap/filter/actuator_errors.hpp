@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -21,9 +22,9 @@ class ActuatorErrors {
   /// Holes in which nobody knows what an actuator did, from the last known sample to the next [s]: a filter that passed
   /// over them would know less than at a beginning.
   ///   step_s  of the grid
-  std::vector<std::pair<double, double>> lost(const Trajectory& recording, double step_s) const;
+  std::vector<std::pair<double, double>> lost(const Trajectory& recording, double step_s);
   /// Of each step of a stretch, whose t_s and recording stand; nothing where all actuators are recorded well.
-  void set(Stretch& stretch, const Trajectory& recording) const;
+  void set(Stretch& stretch, const Trajectory& recording);
   /// Sentences on actuators that are rounded.
   std::vector<std::string> notices() const;
 
@@ -32,7 +33,7 @@ class ActuatorErrors {
     std::size_t before, after;  ///< samples that are known
     double sd;                  ///< by which bridging it errs
   };
-  std::vector<Hole> holes(const Trajectory& recording, Channel channel, std::size_t first, std::size_t end) const;
+  std::vector<Hole> holes(const Trajectory& recording, Channel channel, std::size_t first, std::size_t end);
   /// Mean square by which a hole is bridged: a part, and one that goes with the squared change over it.
   struct Bridging {
     double rest, per_change;
@@ -44,6 +45,8 @@ class ActuatorErrors {
     double range, step;  ///< of the actuator; to which it is rounded, 0: it is not [rad, 1/s]
   };
   std::map<Channel, Known> known_;
+  /// By actuator, length of the hole [s] and whether a value is held: pieces of a recording have holes alike.
+  std::map<std::tuple<Channel, double, bool>, Bridging> bridgings_;
 };
 
 }  // namespace leeway::gap

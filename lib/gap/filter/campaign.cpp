@@ -280,7 +280,7 @@ class Preparation {
       while (next != lost.end() && next->second <= point.t_s) ++next, is_cut = true;
       if (next != lost.end() && next->first < point.t_s) continue;
       if (const double hole_s = point.t_s - last_measured_s;
-          !parts.empty() && hole_s > kPolicy.filter.hole_steps * step_s) {
+          !parts.empty() && !is_cut && hole_s > kPolicy.filter.hole_steps * step_s) {
         ++holes;
         if (hole_s > longest_hole_s) longest_hole_s = hole_s, longest_from_s = last_measured_s;
       }

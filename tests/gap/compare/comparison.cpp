@@ -47,9 +47,10 @@ TEST_CASE("comparison: rudders that are late by less than a sample are likelier,
   const Ship stated = read_ship("esso-osaka-3m");
   gap::FitOptions options;
   options.jobs = 2;
-  const auto log_odds = [&](double delay_s, const std::string& name) {
+  const auto log_odds = [&](double delay_s, const std::string& name, double latency_s = 0.0) {
     Ship truth = stated;
     if (delay_s > 0.0) truth.effects.push_back(planted("actuator-delay", {{"delay_s", delay_s}}));
+    if (latency_s > 0.0) truth.effects.push_back(planted("rudder-latency", {{"rudder_latency_s", latency_s}}));
     gap::Campaign campaign = gap::prepare(stated, test::recorded({"esso-osaka-3m", 41, 2, 200.0, 1.0, 0.0}, truth), {});
     gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
     const auto added = comparison.add(0, comparison.starts_with(0, name, {}));
@@ -59,6 +60,9 @@ TEST_CASE("comparison: rudders that are late by less than a sample are likelier,
   CHECK(log_odds(0.4, "actuator-delay") > 3.0);
   CHECK(log_odds(0.0, "actuator-delay") < 0.0);
   CHECK(log_odds(0.0, "actuator-rate") < 0.0);
+  // So are angles that are recorded late.
+  CHECK(log_odds(0.0, "rudder-latency", 1.0) > 10.0);
+  CHECK(log_odds(0.0, "rudder-latency") < 0.0);
 }
 
 TEST_CASE("comparison: a second effect has rare odds beside the first where it acts, and only there", "[gap][long]") {

@@ -65,3 +65,17 @@ TEST_CASE("gains of nothing: a start that does what is drawn away gains nothing 
   for (const double gain : drawn) sum += gain;
   CHECK(sum / 4000.0 == Approx(-2.0).margin(0.15));  // N(-F/2, F)
 }
+
+TEST_CASE("scores: a root keeps small columns beside ones that are far larger", "[gap]") {
+  // Two small columns that go together, beside a large one.
+  Eigen::MatrixXd F(3, 3);
+  F << 1e18, 3e8, -2e8, 3e8, 1.0, 0.8, -2e8, 0.8, 1.0;
+  const Eigen::MatrixXd root = gap::root_of_scores(F), again = root * root.transpose();
+  for (Eigen::Index i = 0; i < 3; ++i)
+    for (Eigen::Index j = 0; j < 3; ++j)
+      CHECK(again(i, j) == Approx(F(i, j)).margin(1e-9 * std::sqrt(F(i, i) * F(j, j))));
+  // A column without information has no score.
+  F.row(1).setZero();
+  F.col(1).setZero();
+  CHECK(gap::root_of_scores(F).row(1).norm() == 0.0);
+}
