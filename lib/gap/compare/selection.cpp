@@ -80,15 +80,9 @@ class Selector {
  private:
   void fit_all() {
     likeliest_ = 0;
-    if (is_searched_) {
-      fit_names();
-      fit_terms();
-      return;
-    }
-    fit_singles();
-    fit_places();
+    fit_names();
     fit_terms();
-    if (comparison_.log_odds(likeliest_) > kPolicy.compare.strong_terms) search();
+    if (!is_searched_ && comparison_.log_odds(likeliest_) > kPolicy.compare.strong_terms) search();
   }
   /// Also where the tests see nothing.
   void search() {
@@ -98,7 +92,7 @@ class Selector {
   void fit_names() {
     fit_singles();
     fit_others();
-    fit_pairs();
+    if (is_searched_) fit_pairs();
   }
   void progress(double done, const std::string& note) const {
     if (options_.locate.progress) options_.locate.progress(done, note);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <utility>
 
 #include "core/errors.hpp"
 #include "gap/compare/candidates.hpp"
@@ -29,26 +31,63 @@ struct Timed {
 // What acts for less than a block of time looks like an outlying measurement.
 double shortest_s(const Campaign& campaign) { return kPolicy.locate.block_s * campaign.time_scale(); }
 
+double last_shift_s(const Campaign& campaign) { return kPolicy.compare.last_shift_s * campaign.time_scale(); }
+
+// The first and the last time of the stretch in which something begins.
+std::pair<double, double> bounds_s(const Campaign& campaign, std::size_t recording, double begin_s) {
+  for (const Stretch& stretch : campaign.stretches)
+    if (stretch.recording == recording && stretch.t_s.front() <= begin_s && begin_s <= stretch.t_s.back())
+      return {stretch.t_s.front(), stretch.t_s.back()};
+  return {begin_s, begin_s};
+}
+
+// ln of the area of all begins and ends that may be [s^2], which are believed alike.
+double log_area(const Campaign& campaign) {
+  double area = 0.0;
+  for (const Stretch& stretch : campaign.stretches) {
+    const double longest = stretch.t_s.back() - stretch.t_s.front() - shortest_s(campaign);
+    if (longest > 0.0) area += 0.5 * longest * longest;
+  }
+  return std::log(std::max(area, last_shift_s(campaign) * last_shift_s(campaign)));
+}
+
+// What recordings say of a begin or an end: ln of the evidence by its shift from where it is [s], 0 there.
+using EvidenceByShift = std::map<double, double>;
+
+struct KnownTime {
+  double width_s = 0.0;  ///< integral of the evidence, by trapezoids
+  double sd_s = 0.0;     ///< root mean square of the shift
+};
+KnownTime known_time(const EvidenceByShift& by_shift) {
+  double sum = 0.0, sum_of_squares = 0.0;
+  for (auto after = std::next(by_shift.begin()); after != by_shift.end(); ++after) {
+    const auto before = std::prev(after);
+    const double half = 0.5 * (after->first - before->first);
+    for (const auto& [shift_s, log_evidence] : {*before, *after}) {
+      sum += half * std::exp(log_evidence);
+      sum_of_squares += half * std::exp(log_evidence) * shift_s * shift_s;
+    }
+  }
+  return {sum, std::sqrt(sum_of_squares / sum)};
+}
+
 Candidate tug_in(const Campaign& campaign, const Fitted& fitted, const std::string& effect, const Interval& interval,
                  std::size_t jobs) {
   const Timed timed(effect_named(effect));
   FreeEffect::Choice choice;
   choice.freed = {timed.lever};
-  choice.log_ways = std::log(static_cast<double>(interval.searched)) +
-                    2.0 * std::log(kPolicy.compare.first_shift_s / kPolicy.compare.last_shift_s);
-  double from_s = interval.t_start_s, until_s = interval.t_end_s;  // of the stretch
-  for (const Stretch& stretch : campaign.stretches)
-    if (campaign.recordings[stretch.recording].file == interval.file && stretch.t_s.front() <= interval.t_start_s &&
-        interval.t_start_s <= stretch.t_s.back()) {
-      from_s = stretch.t_s.front(), until_s = stretch.t_s.back();
-      if (campaign.recordings.size() > 1) choice.recording = stretch.recording;
-    }
-  const auto best_of = [&](const std::vector<Candidate>& candidates) {
+  const auto is_its = [&](const Trajectory& recording) { return recording.file == interval.file; };
+  const auto recording =
+      static_cast<std::size_t>(std::ranges::find_if(campaign.recordings, is_its) - campaign.recordings.begin());
+  const auto [from_s, until_s] = bounds_s(campaign, recording, interval.t_start_s);
+  if (campaign.recordings.size() > 1) choice.recording = recording;
+  choice.log_ways = log_area(campaign) - 2.0 * std::log(last_shift_s(campaign));  // until known_time says less
+  const auto starts_from = [&](const std::vector<Candidate>& candidates) {
     const EffectScreen screen = screen_of(campaign, fitted, candidates, {jobs, false});
     std::vector<Start> starts;
     for (std::size_t c = 0; c < candidates.size(); ++c) starts.push_back(screen.start({c}));
     sort(starts);
-    return starts.front();
+    return starts;
   };
   const auto z_of = [](const Start& start) -> Eigen::VectorXd {
     const Eigen::Index size = start.hypothesis.effects.back().size();
@@ -56,10 +95,18 @@ Candidate tug_in(const Campaign& campaign, const Fitted& fitted, const std::stri
   };
   double begin_s = interval.t_start_s, end_s = interval.t_end_s;
   choice.fixed = {{timed.begin, begin_s}, {timed.end, end_s}};
-  Start best = best_of(candidates_of(effect, campaign.ship, {choice}));
-  const double scale = campaign.time_scale();
-  double shift_s = kPolicy.compare.first_shift_s * scale;
-  for (int i = 0; i < kPolicy.compare.most_shifts && shift_s >= kPolicy.compare.last_shift_s * scale; ++i) {
+  // A linear step from the opposite direction promises as much, by a force below zero; the next one, from where that
+  // led, does not. So the worse half is left out after each step.
+  std::vector<Start> around = starts_from(candidates_of(effect, campaign.ship, {choice}));
+  while (around.size() > 1) {
+    around.resize((around.size() + 1) / 2);
+    std::vector<Candidate> candidates;
+    for (const Start& start : around) candidates.push_back({{start.hypothesis.effects.back()}, z_of(start)});
+    around = starts_from(candidates);
+  }
+  Start best = around.front();
+  double shift_s = kPolicy.compare.first_shift_s * campaign.time_scale();
+  for (int i = 0; i < kPolicy.compare.most_shifts && shift_s >= last_shift_s(campaign); ++i) {
     FreeEffect tug = best.hypothesis.effects.back();
     const Eigen::VectorXd z = z_of(best);
     std::vector<Candidate> candidates;
@@ -72,7 +119,7 @@ Candidate tug_in(const Campaign& campaign, const Fitted& fitted, const std::stri
         candidates.push_back({{tug}, z});
       }
     if (candidates.empty()) break;
-    best = best_of(candidates);
+    best = starts_from(candidates).front();
     const std::vector<double> now = best.hypothesis.effects.back().values(z);
     const double begin = now[timed.begin_place], end = now[timed.end_place];
     const bool is_unchanged =
@@ -81,6 +128,65 @@ Candidate tug_in(const Campaign& campaign, const Fitted& fitted, const std::stri
     if (is_unchanged) shift_s *= 0.5;
   }
   return {{best.hypothesis.effects.back()}, z_of(best)};
+}
+
+// Begins and ends of what is fitted, by place of the effect in the hypothesis and name of the parameter.
+using EndOf = std::pair<std::size_t, std::string>;
+
+// By one linear step beside a fit: pieces with the force of a tug, or against it, at each of its ends.
+std::map<EndOf, EvidenceByShift> shifted_ends(const Campaign& campaign, const Fitted& fitted, std::size_t jobs) {
+  std::vector<Candidate> pieces;
+  std::vector<std::pair<EndOf, double>> shifts;
+  std::map<EndOf, EvidenceByShift> result;
+  const Coordinates z = coordinates_of(fitted.fit);
+  Eigen::Index at = 0;
+  for (std::size_t i = 0; i < fitted.hypothesis.effects.size(); ++i) {
+    const FreeEffect& tug = fitted.hypothesis.effects[i];
+    const std::vector<double> now = tug.values(z.mean.segment(at, tug.size()));
+    at += tug.size();
+    if (bound_to(tug.name()) != BoundTo::time) continue;
+    const EffectDescription& description = effect_named(tug.name());
+    const Timed timed(description);
+    FreeEffect::Choice piece;
+    piece.recording = tug.recording();
+    for (std::size_t p = 0; p < now.size(); ++p) piece.fixed[std::string(description.parameters[p].name)] = now[p];
+    const double force = now[timed.force_place], begin_s = now[timed.begin_place], end_s = now[timed.end_place];
+    const auto [from_s, until_s] = bounds_s(campaign, tug.recording().value_or(0), begin_s);
+    for (const bool is_end : {false, true}) {
+      const EndOf end{i, is_end ? timed.end : timed.begin};
+      result[end][0.0] = 0.0;
+      for (const double shift : kPolicy.compare.refined_shifts) {
+        const double shift_s = shift * last_shift_s(campaign), before_s = is_end ? end_s : begin_s,
+                     after_s = before_s + shift_s;
+        if (after_s < from_s || after_s > until_s) continue;
+        if ((is_end ? after_s - begin_s : end_s - after_s) < shortest_s(campaign)) continue;
+        piece.fixed[timed.begin] = std::min(before_s, after_s);
+        piece.fixed[timed.end] = std::max(before_s, after_s);
+        piece.fixed[timed.force] = (after_s > before_s) == is_end ? force : -force;
+        pieces.push_back({{FreeEffect(tug.name(), campaign.ship, piece)}, Eigen::VectorXd()});
+        shifts.emplace_back(end, shift_s);
+      }
+    }
+  }
+  const EffectScreen screen(campaign, fitted.fit, fitted.hypothesis, pieces, 1.0, {{.prior = fitted.fit.prior}},
+                            {jobs});
+  for (std::size_t c = 0; c < shifts.size(); ++c)
+    result[shifts[c].first][shifts[c].second] = screen.log_evidence({c}) - screen.log_evidence({});
+  return result;
+}
+
+// Where begins and ends are, what is known of them, and what that costs of all that may be.
+void take_known_times(const Campaign& campaign, const std::map<EndOf, EvidenceByShift>& ends, Fitted& fitted) {
+  const double of_all = log_area(campaign);
+  std::map<std::size_t, double> log_ways;
+  for (const auto& [end, by_shift] : ends) {
+    if (by_shift.size() < 2) continue;
+    const KnownTime known = known_time(by_shift);
+    fitted.hypothesis.effects[end.first].know(end.second, known.sd_s);
+    const auto one = log_ways.try_emplace(end.first, of_all).first;
+    one->second -= std::log(known.width_s);
+  }
+  for (const auto& [tug, ways] : log_ways) fitted.hypothesis.effects[tug].choose_from(std::max(0.0, ways));
 }
 
 }  // namespace
@@ -98,53 +204,15 @@ std::vector<Start> starts_in_intervals(const Campaign& campaign, const Fitted& f
 }
 
 void refine_tugs(const Campaign& campaign, const FitOptions& options, Fitted& fitted) {
-  struct Piece {
-    std::size_t tug;
-    std::string end;
-    double time_s;
-  };
   for (int round = 0; round < kPolicy.compare.most_shifts; ++round) {
-    std::vector<Candidate> candidates;
-    std::vector<Piece> pieces;
-    const Coordinates z = coordinates_of(fitted.fit);
-    Eigen::Index at = 0;
-    for (std::size_t i = 0; i < fitted.hypothesis.effects.size(); ++i) {
-      const FreeEffect& tug = fitted.hypothesis.effects[i];
-      const std::vector<double> now = tug.values(z.mean.segment(at, tug.size()));
-      at += tug.size();
-      if (bound_to(tug.name()) != BoundTo::time) continue;
-      const EffectDescription& description = effect_named(tug.name());
-      const Timed timed(description);
-      FreeEffect::Choice choice;
-      choice.recording = tug.recording();
-      for (std::size_t p = 0; p < now.size(); ++p) choice.fixed[std::string(description.parameters[p].name)] = now[p];
-      const double force = now[timed.force_place], begin = now[timed.begin_place], end = now[timed.end_place];
-      for (const double shift : kPolicy.compare.refined_shifts)
-        for (const bool at_end : {false, true}) {
-          const double before = at_end ? end : begin,
-                       after = before + shift * kPolicy.compare.last_shift_s * campaign.time_scale();
-          if ((at_end ? after - begin : end - after) < shortest_s(campaign)) continue;
-          choice.fixed[timed.begin] = std::min(before, after);
-          choice.fixed[timed.end] = std::max(before, after);
-          choice.fixed[timed.force] = (after > before) == at_end ? force : -force;
-          candidates.push_back({{FreeEffect(tug.name(), campaign.ship, choice)}, Eigen::VectorXd()});
-          pieces.push_back({i, at_end ? timed.end : timed.begin, after});
-        }
-    }
-    if (candidates.empty()) return;
-    const EffectScreen screen(campaign, fitted.fit, fitted.hypothesis, candidates, 1.0, {{.prior = fitted.fit.prior}},
-                              {options.jobs});
-    std::map<std::pair<std::size_t, std::string>, std::pair<double, double>> best;  // gain and time
-    for (std::size_t c = 0; c < candidates.size(); ++c) {
-      auto& [gain, time_s] = best[{pieces[c].tug, pieces[c].end}];
-      const double gains = screen.log_evidence({c}) - screen.log_evidence({});
-      if (gains > std::max(gain, kPolicy.compare.converged_gain)) gain = gains, time_s = pieces[c].time_s;
-    }
+    const auto ends = shifted_ends(campaign, fitted, options.jobs);
+    take_known_times(campaign, ends, fitted);
     Fitted next = fitted;
     bool moves = false;
-    for (const auto& [end, found] : best) {
-      if (!(found.first > 0.0)) continue;
-      next.hypothesis.effects[end.first].fix(end.second, found.second);
+    for (const auto& [end, by_shift] : ends) {
+      const auto best = std::ranges::max_element(by_shift, {}, &EvidenceByShift::value_type::second);
+      if (best->second <= kPolicy.compare.converged_gain) continue;
+      next.hypothesis.effects[end.first].shift(end.second, best->first);
       moves = true;
     }
     if (!moves) return;

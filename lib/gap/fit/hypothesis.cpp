@@ -57,6 +57,7 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& ch
     return log_normal(stated.median, std::max(stated.sd, kPolicy.fit.factor_log_sd),
                       std::max(p.low, kPolicy.fit.least_factor), stated.high);
   };
+  base_sd_.resize(parameters_.size());
   for (std::size_t i = 0; i < parameters_.size(); ++i) {
     const EffectParameter& p = parameters_[i];
     const auto fixed = choice.fixed.find(std::string(p.name));
@@ -92,10 +93,15 @@ FreeEffect::FreeEffect(std::string_view name, const Ship& ship, const Choice& ch
   require_applicable(type_, at_median, ship);
 }
 
-void FreeEffect::fix(std::string_view parameter, double value) {
-  for (std::size_t i = 0; i < parameters_.size(); ++i)
-    if (parameters_[i].name == parameter) base_[i] = value;
+std::size_t FreeEffect::place_of(std::string_view parameter) const {
+  return static_cast<std::size_t>(std::ranges::find(parameters_, parameter, &EffectParameter::name) -
+                                  parameters_.begin());
 }
+
+void FreeEffect::fix(std::string_view parameter, double value) { base_[place_of(parameter)] = value; }
+void FreeEffect::shift(std::string_view parameter, double by) { base_[place_of(parameter)] += by; }
+void FreeEffect::know(std::string_view parameter, double sd) { base_sd_[place_of(parameter)] = sd; }
+double FreeEffect::known_sd(std::string_view parameter) const { return base_sd_[place_of(parameter)]; }
 
 void FreeEffect::count_from(double towards_deg, Eigen::VectorXd& z) {
   Eigen::Index at = 0;

@@ -39,8 +39,12 @@ class FreeEffect {
       : FreeEffect(name, ship, Choice{towards_deg, {}, {}, {}, {}, 0.0}) {}
 
   const std::string& name() const { return name_; }
-  /// Another value for a parameter that is known.
+  /// Another value for a parameter that is known; or as far from the one it has.
   void fix(std::string_view parameter, double value);
+  void shift(std::string_view parameter, double by);
+  /// The standard deviation of one that is known but for that, in its unit; 0 where nobody said.
+  void know(std::string_view parameter, double sd);
+  double known_sd(std::string_view parameter) const;
   double towards_deg() const { return towards_deg_; }
   /// Lets a direction that is no vector have z = 0 elsewhere, and z mean what it meant: effects of one name that act in
   /// different recordings are averaged by z.
@@ -48,6 +52,7 @@ class FreeEffect {
   const std::optional<std::size_t>& recording() const { return recording_; }
   Eigen::Index size() const;  ///< coordinates
   double log_ways() const { return log_ways_; }
+  void choose_from(double log_ways) { log_ways_ = log_ways; }
   /// Whether it has a direction that is no vector, so that starts around the compass are needed.
   bool has_bare_direction() const;
   /// Places in z of the logarithms of strengths: far below nothing acts.
@@ -82,6 +87,7 @@ class FreeEffect {
     bool is_vector() const { return prior.kind == Prior::Kind::rayleigh; }
   };
   double value_of(const Coordinate& coordinate, double z) const;
+  std::size_t place_of(std::string_view parameter) const;
 
   std::string name_;
   std::optional<std::size_t> recording_;
@@ -89,7 +95,7 @@ class FreeEffect {
   std::size_t type_ = 0;
   double towards_deg_ = 0.0;
   std::span<const EffectParameter> parameters_;
-  std::vector<double> base_;             ///< values of what is not free
+  std::vector<double> base_, base_sd_;   ///< values of what is not free, and what is left open of them
   std::vector<Coordinate> coordinates_;  ///< a vector counts once
   std::optional<std::size_t> direction_;
 };

@@ -222,7 +222,7 @@ struct ComparePolicy {
   std::int64_t most_shifts = 20;  ///< [rounds] of moving a tug's begin and end | origin: choice, time
   double first_shift_s = 8.0;  ///< [s] at 3 m, times sqrt(L): first step of a tug's begin and end | origin: choice
   double last_shift_s = 1.0;  ///< [s] at 3 m, times sqrt(L): last step | origin: choice
-  std::array<double, 6> refined_shifts{-4.0, -2.0, -1.0, 1.0, 2.0, 4.0};  ///< [last steps] of a fitted tug's begin and end that are tried | origin: choice
+  std::array<double, 12> refined_shifts{-32.0, -16.0, -8.0, -4.0, -2.0, -1.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0};  ///< [last steps] of a fitted tug's begin and end that are tried, and over which the evidence is integrated | origin: choice: to three times what a barely visible tug leaves open
   double same_time_s = 1e-9;  ///< [s] by which times of one tug may differ | origin: choice, rounding
   std::size_t leading_terms = 12;  ///< [terms] of the effect unknown of which sets are formed | origin: choice, time
   std::int64_t bank_directions = 8;  ///< [directions] in which banks are sought | origin: choice

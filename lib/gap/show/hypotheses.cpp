@@ -93,14 +93,14 @@ class ParametersOf {
     }
   }
 
-  // When it begins and ends, which is known to the filter's time step: a block of the search, or an interval.
+  // When it begins and ends, which the filter knows to a time step.
   void add_times(const FreeEffect& effect, const std::string& recording, const Eigen::VectorXd& at) const {
     const EffectEntry entry = effect.entry(at);
     for (const EffectParameter& known : effect_named(effect.name()).parameters) {
       if (known.role != ParameterRole::begin && known.role != ParameterRole::end) continue;
       for (const auto& [name, value] : entry.parameters)
         if (name == known.name && value && std::isfinite(*value)) {
-          const double sd = campaign_.step_s, reach = kPolicy.show.normal95 * sd;
+          const double sd = std::hypot(campaign_.step_s, effect.known_sd(name)), reach = kPolicy.show.normal95 * sd;
           result_.parameters.push_back(
               {effect.name(), name, recording, *value, sd, *value - reach, *value + reach, kMissing, kMissing});
         }
