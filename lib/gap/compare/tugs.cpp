@@ -101,6 +101,7 @@ Candidate tug_in(const Campaign& campaign, const Fitted& fitted, const std::stri
   while (around.size() > 1) {
     around.resize((around.size() + 1) / 2);
     std::vector<Candidate> candidates;
+    candidates.reserve(around.size());
     for (const Start& start : around) candidates.push_back({{start.hypothesis.effects.back()}, z_of(start)});
     around = starts_from(candidates);
   }
