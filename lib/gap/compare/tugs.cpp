@@ -55,20 +55,21 @@ double log_area(const Campaign& campaign) {
 using EvidenceByShift = std::map<double, double>;
 
 struct KnownTime {
-  double width_s = 0.0;  ///< integral of the evidence, by trapezoids
-  double sd_s = 0.0;     ///< root mean square of the shift
+  double log_width_s = 0.0;  ///< ln of the integral of the evidence, by trapezoids
+  double sd_s = 0.0;         ///< root mean square of the shift
 };
 KnownTime known_time(const EvidenceByShift& by_shift) {
+  const double most = std::ranges::max_element(by_shift, {}, &EvidenceByShift::value_type::second)->second;
   double sum = 0.0, sum_of_squares = 0.0;
   for (auto after = std::next(by_shift.begin()); after != by_shift.end(); ++after) {
     const auto before = std::prev(after);
-    const double half = 0.5 * (after->first - before->first);
     for (const auto& [shift_s, log_evidence] : {*before, *after}) {
-      sum += half * std::exp(log_evidence);
-      sum_of_squares += half * std::exp(log_evidence) * shift_s * shift_s;
+      const double area = 0.5 * (after->first - before->first) * std::exp(log_evidence - most);
+      sum += area;
+      sum_of_squares += area * shift_s * shift_s;
     }
   }
-  return {sum, std::sqrt(sum_of_squares / sum)};
+  return {most + std::log(sum), std::sqrt(sum_of_squares / sum)};
 }
 
 Candidate tug_in(const Campaign& campaign, const Fitted& fitted, const std::string& effect, const Interval& interval,
@@ -184,8 +185,7 @@ void take_known_times(const Campaign& campaign, const std::map<EndOf, EvidenceBy
     if (by_shift.size() < 2) continue;
     const KnownTime known = known_time(by_shift);
     fitted.hypothesis.effects[end.first].know(end.second, known.sd_s);
-    const auto one = log_ways.try_emplace(end.first, of_all).first;
-    one->second -= std::log(known.width_s);
+    log_ways.try_emplace(end.first, of_all).first->second -= known.log_width_s;
   }
   for (const auto& [tug, ways] : log_ways) fitted.hypothesis.effects[tug].choose_from(std::max(0.0, ways));
 }

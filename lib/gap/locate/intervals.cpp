@@ -199,7 +199,6 @@ FoundIntervals intervals_of(const Campaign& campaign, const FittedNull& fit, Blo
     const BlockRun& run = runs.runs[which];
     Interval interval = interval_of(campaign, fit, evidence, run, subtract(run, evidence));
     interval.p_value = p;
-    interval.searched = runs.runs.size() / 3;  // of one axis
     const bool is_untrained = interval.is_untrained();
     if (!is_untrained && !interval.is_small && !is_decided) result.strongest_p_value = p, is_decided = true;
     ++(is_untrained ? untrained : found);
@@ -217,11 +216,10 @@ std::optional<Interval> likeliest_interval(const Campaign& campaign, const Fitte
   };
   std::optional<BlockRun> likeliest;
   double most = 0.0;
-  std::size_t searched = 0;
   for (std::size_t i = 0; i < n; ++i) {
     Vec3<double> b = Vec3<double>::Zero();
     Mat3<double> precision = Mat3<double>::Identity();
-    for (std::size_t j = i; j < n && evidence.blocks[j].stretch == evidence.blocks[i].stretch; ++j, ++searched) {
+    for (std::size_t j = i; j < n && evidence.blocks[j].stretch == evidence.blocks[i].stretch; ++j) {
       b += evidence.b(columns_of(j));
       precision += evidence.F(columns_of(j), columns_of(j));
       for (std::size_t q = i; q < j; ++q) {
@@ -238,9 +236,7 @@ std::optional<Interval> likeliest_interval(const Campaign& campaign, const Fitte
     }
   }
   if (!likeliest) return std::nullopt;
-  Interval interval = interval_of(campaign, fit, evidence, *likeliest, subtract(*likeliest, evidence));
-  interval.searched = searched;
-  return interval;
+  return interval_of(campaign, fit, evidence, *likeliest, subtract(*likeliest, evidence));
 }
 
 Strongest strongest_interval(const Campaign& campaign, const FittedNull& fit, const LocateOptions& options) {

@@ -115,7 +115,6 @@ struct Interval {
   double t_start_s = 0.0, t_end_s = 0.0;
   int axis = 0;                                      ///< 0 surge, 1 sway, 2 yaw: the one where it shows most
   double p_value = 1.0;                              ///< family-wise over all intervals
-  std::size_t searched = 1;                          ///< intervals among which it was found
   Vec3<double> acceleration = Vec3<double>::Zero();  ///< mean over the interval
   Mat3<double> covariance = Mat3<double>::Zero();    ///< of the mean
   std::optional<Training> training = std::nullopt;   ///< where the simulator is an ensemble

@@ -93,16 +93,18 @@ class ParametersOf {
     }
   }
 
-  // When it begins and ends, which the filter knows to a time step.
+  // When it begins and ends in the recording, which the filter knows to a time step.
   void add_times(const FreeEffect& effect, const std::string& recording, const Eigen::VectorXd& at) const {
     const EffectEntry entry = effect.entry(at);
+    const std::vector<double>& t_s = campaign_.recordings[effect.recording().value_or(0)][Channel::t];
     for (const EffectParameter& known : effect_named(effect.name()).parameters) {
       if (known.role != ParameterRole::begin && known.role != ParameterRole::end) continue;
       for (const auto& [name, value] : entry.parameters)
         if (name == known.name && value && std::isfinite(*value)) {
           const double sd = std::hypot(campaign_.step_s, effect.known_sd(name)), reach = kPolicy.show.normal95 * sd;
-          result_.parameters.push_back(
-              {effect.name(), name, recording, *value, sd, *value - reach, *value + reach, kMissing, kMissing});
+          result_.parameters.push_back({effect.name(), name, recording, *value, sd,
+                                        std::max(*value - reach, t_s.front()), std::min(*value + reach, t_s.back()),
+                                        kMissing, kMissing});
         }
     }
   }
