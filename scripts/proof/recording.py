@@ -32,17 +32,28 @@ def columns_of(track, i):
     return {k: np.array(v, float) for k, v in out.items()}
 
 
+def between(t, values, at):
+    """Values at times between samples, before the first one that one: by cubics, since a chord smooths as a filter does."""
+    slope = np.gradient(values, t, edge_order=2)
+    at = np.maximum(at, t[0])
+    k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(t) - 2)
+    h = t[k + 1] - t[k]
+    s = (at - t[k]) / h
+    return ((1.0 + 2.0 * s) * (1.0 - s) ** 2 * values[k] + s * (1.0 - s) ** 2 * h * slope[k]
+            + s * s * (3.0 - 2.0 * s) * values[k + 1] - s * s * (1.0 - s) * h * slope[k + 1])
+
+
 def late(t, values, by):
-    return np.interp(t - by, t, values)
+    return between(t, values, t - by)
 
 
 def filtered(t, values, tau):
-    out, dt = values.copy(), t[1] - t[0]
-    sub = 20
+    out, dt, sub = values.copy(), t[1] - t[0], 20
+    fine = between(t, values, t[:-1, None] + dt * (np.arange(sub) + 0.5) / sub)
     y, a = values[0], 1.0 - math.exp(-dt / sub / tau)
     for k in range(1, len(values)):
-        for j in range(sub):
-            y += a * (values[k - 1] + (values[k] - values[k - 1]) * (j + 0.5) / sub - y)
+        for x in fine[k - 1]:
+            y += a * (x - y)
         out[k] = y
     return out
 

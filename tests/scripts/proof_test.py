@@ -154,6 +154,15 @@ class Instruments(unittest.TestCase):
         np.testing.assert_allclose(lever["x0_m"] - self.columns["x0_m"], np.cos(np.radians(self.columns["psi_deg"])))
         self.assertLess(abs(np.mean(faulty(filter_s=2.0)["r_degps"] - recording.late(self.columns["t_s"], self.columns["r_degps"], 2.0))), 0.05)
 
+    def test_late_and_filtered_sines_are_as_computed_by_hand(self):
+        t, w = np.arange(0.0, 120.0), 0.5  # 12.6 samples a period
+        settled = slice(40, -2)  # the last slope is one-sided
+        for tau in (0.3, 1.0, 2.6):
+            late = np.sin(w * (t - tau))
+            filtered = (np.sin(w * t) - w * tau * np.cos(w * t)) / (1.0 + (w * tau) ** 2)
+            np.testing.assert_allclose(recording.late(t, np.sin(w * t), tau)[settled], late[settled], atol=0.006)  # chords err by 0.03
+            np.testing.assert_allclose(recording.filtered(t, np.sin(w * t), tau)[settled], filtered[settled], atol=0.006)
+
     def test_what_begins_when_a_recording_ends_is_not_seen(self):
         n, last, middle = 241, np.zeros((3, 241)), np.zeros((3, 241))
         last[0, -2:], middle[0, 120:122] = 0.01, 0.01

@@ -87,14 +87,14 @@ void refine(std::vector<Fault>& faults, const std::vector<Fault>& hypotheses,
   for (std::size_t f = 0; f < faults.size(); ++f) {
     struct Tried {
       Fault fault;
-      double log_evidence;
+      double log_posterior;
     };
     std::vector<Tried> tried;
     const auto attempt = [&](const Fault& fault) {
       std::vector<Fault> with = faults;
       with[f] = fault;
       if (const std::optional<double> evidence = fit(with))
-        tried.push_back({with_numbers_near(with[f], fault), *evidence});
+        tried.push_back({with_numbers_near(with[f], fault), *evidence + log_share_of_name(fault)});
     };
     const std::vector<Fault> instead = instead_of(faults[f], faults, hypotheses);
     std::vector<Fault> rivals;
@@ -105,11 +105,11 @@ void refine(std::vector<Fault>& faults, const std::vector<Fault>& hypotheses,
       continue;
     }
     for (const Fault& other : instead) attempt(other);
-    std::ranges::stable_sort(tried, std::ranges::greater{}, &Tried::log_evidence);
+    std::ranges::stable_sort(tried, std::ranges::greater{}, &Tried::log_posterior);
     Fault likeliest = tried.front().fault;
     for (Tried& other : std::span(tried).subspan(1)) {
       likeliest.p_value = std::min(likeliest.p_value, other.fault.p_value);
-      other.fault.log_odds = other.log_evidence - tried.front().log_evidence;
+      other.fault.log_odds = other.log_posterior - tried.front().log_posterior;
       if (other.fault.log_odds > -kPolicy.decide.contradicted) likeliest.rivals.push_back(std::move(other.fault));
     }
     likeliest.log_odds = 0.0;

@@ -97,6 +97,11 @@ const FaultCandidate* candidate_of(const Fault& fault) {
   return nullptr;
 }
 
+double log_share_of_name(const Fault& fault) {
+  const auto members = std::ranges::count(fault_library(), fault.name, &FaultCandidate::name);
+  return -std::log(static_cast<double>(std::max<std::ptrdiff_t>(members, 1)));
+}
+
 const FaultTraits& traits_of(std::string_view fault) {
   static constexpr FaultTraits kNone{};
   for (const FaultCandidate& candidate : fault_library())

@@ -83,6 +83,8 @@ struct FaultCandidate {
 const std::vector<FaultCandidate>& fault_library();
 /// The member with a fault's name and parameters; nullptr for none of them.
 const FaultCandidate* candidate_of(const Fault& fault);
+/// ln of a member's part of what a fault has before the recordings are looked at: members of one name share it.
+double log_share_of_name(const Fault& fault);
 /// Of the first member with this name; those of no fault for other names.
 const FaultTraits& traits_of(std::string_view fault);
 /// What distinguishes a member of the library from its look-alikes; empty for other names.
