@@ -15,6 +15,7 @@
 #include "gap/decide/sensors.hpp"
 #include "gap/detect/detect.hpp"
 #include "gap/detect/gains_of_nothing.hpp"
+#include "gap/detect/helm.hpp"
 #include "gap/sensors/audit.hpp"
 #include "gap/sensors/channel_quality.hpp"
 #include "gap/sensors/conventions.hpp"
@@ -130,6 +131,12 @@ void Investigator::fit_anew(const FittedNull* near_by) {
   progress(0.10, "fit within the stated uncertainty");
   result.campaign = prepare(ship_, moving(recordings_), campaign_options_);
   result.null = fit_null(result.campaign, fit_options_, near_by);
+  // Where a course is kept rudders are no inputs, but follow the ship.
+  if (!ensemble_)
+    if (std::optional<Campaign> kept = with_helms(result.campaign, result.null.smoothed)) {
+      result.campaign = *std::move(kept);
+      result.null = fit_null(result.campaign, fit_options_);
+    }
   result.campaign = without_outliers(std::move(result.campaign), result.null);
   result.findings.fit = result.null.report;
   if (ensemble_) result.findings.ensemble = use_of(*ensemble_, result.null);

@@ -103,8 +103,7 @@ Identifiable::Identifiable(const Campaign& campaign, const FittedNull& fit) : ke
   };
   for (std::size_t s = 0; s < campaign.stretches.size() && keeps_course_; ++s) {
     const Stretch& stretch = campaign.stretches[s];
-    keeps_course_ = helm_ahead_of_sensors(campaign, stretch, fit.smoothed[s]) > kPolicy.detect.helm_ahead ||
-                    is_straight(campaign, stretch, fit.smoothed[s]);
+    keeps_course_ = stretch.helm || is_straight(campaign, stretch, fit.smoothed[s]);
     for (const Actuator& actuator : campaign.ship.actuators) {
       if (info(actuator.channel).role != Role::thruster) continue;
       std::vector<double> values;
@@ -284,9 +283,9 @@ MoreColumns EffectLibrary::columns_of(std::size_t stretch_index, std::vector<std
           std::vector<StepInputs<double>> slow = inputs;
           for (std::size_t s = 0; s < slow.size(); ++s)
             slow[s] = averaged_step(slowed->second, stretch.data->t_s[k] + static_cast<double>(s) * h, h);
-          out.col(column) = advance<double>(variant.model, x, slow, h) - without;
+          out.col(column) = stretch.steps[k].answered(advance<double>(variant.model, x, slow, h) - without);
         } else {
-          out.col(column) = advance<double>(variant.model, x, inputs, h) - without;
+          out.col(column) = stretch.steps[k].answered(advance<double>(variant.model, x, inputs, h) - without);
         }
       }
   };

@@ -32,9 +32,9 @@ bool stay(double least, double most) { return most - least < 4.0 * kKnownAngle; 
 
 }  // namespace
 
-double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed) {
+std::optional<Helm> helm_of(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed) {
   const std::vector<double> angle = rudder_angles(campaign, stretch);
-  if (angle.empty() || std::ranges::any_of(angle, [](double x) { return std::isnan(x); })) return 0.0;
+  if (angle.empty() || std::ranges::any_of(angle, [](double x) { return std::isnan(x); })) return std::nullopt;
   const auto [least, most] = std::ranges::minmax(angle);
   std::vector<std::size_t> free;  // points at which the rudders are at no limit, where they follow nothing
   for (std::size_t k = 0; k < angle.size(); ++k)
@@ -43,7 +43,7 @@ double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, c
     free.resize(angle.size());
     std::iota(free.begin(), free.end(), std::size_t{0});
   }
-  if (2 * free.size() < angle.size()) return 0.0;
+  if (2 * free.size() < angle.size()) return std::nullopt;
 
   const auto n = static_cast<Eigen::Index>(free.size());
   const bool has_heading =
@@ -57,7 +57,7 @@ double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, c
     if (has_heading) X(i, 2) = smoothed.state[k][2];
     y[i] = angle[k];
   }
-  if (n <= 2 * X.cols()) return 0.0;
+  if (n <= 2 * X.cols()) return std::nullopt;
   const Eigen::VectorXd law = X.colPivHouseholderQr().solve(y), beside = y - X * law;
   double unknown = 0.0;  // variance of what the rudders follow, as the sensors leave it
   for (const std::size_t k : free) {
@@ -66,7 +66,29 @@ double helm_ahead_of_sensors(const Campaign& campaign, const Stretch& stretch, c
     if (has_heading) unknown += law[2] * (law[2] * P(2, 2) + 2.0 * law[1] * P(2, 5));
   }
   unknown /= static_cast<double>(n);
-  return unknown > 0.0 ? unknown / (beside.squaredNorm() / static_cast<double>(n)) : 0.0;
+  const double variance = beside.squaredNorm() / static_cast<double>(n);
+  Helm helm;
+  helm.law.offset = law[0];
+  helm.law.per_rate_s = law[1];
+  if (has_heading) helm.law.per_heading = law[2];
+  helm.law.sd = std::sqrt(variance);
+  for (const Channel channel : campaign.recorded_inputs[stretch.recording].channels())
+    if (info(channel).role == Role::rudder) helm.law.rudders.push_back(channel);
+  helm.law.angle.assign(angle.size(), kMissing);
+  for (const std::size_t k : free) helm.law.angle[k] = angle[k];
+  if (unknown > 0.0) helm.ahead = unknown / variance;
+  return helm;
+}
+
+std::optional<Campaign> with_helms(const Campaign& campaign, const std::vector<Smoothed>& smoothed) {
+  std::optional<Campaign> result;
+  for (std::size_t s = 0; s < campaign.stretches.size(); ++s) {
+    std::optional<Helm> helm = helm_of(campaign, campaign.stretches[s], smoothed[s]);
+    if (!helm || !(helm->ahead > kPolicy.detect.helm_ahead)) continue;
+    if (!result) result = campaign;
+    result->stretches[s].helm = std::move(helm->law);
+  }
+  return result;
 }
 
 bool is_straight(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed) {

@@ -259,6 +259,42 @@ ByRow<kShipStates> by_actuators(const Stretch& stretch, std::size_t k, const Vec
   return result;
 }
 
+// Closes the loop of a helmsman in step k: its first and last angle are those of the law, the last one by where the
+// step leads.
+//   end      of the step with the inputs as recorded
+//   advance  the step with others
+template <typename Advance>
+void close_loop(const LinearStretch& of, std::size_t k, const Vec6& end, const Advance& advance, LinearStep& step) {
+  const Stretch& stretch = *of.data;
+  const HelmLaw& law = *stretch.helm;
+  if (std::isnan(law.angle[k]) || std::isnan(law.angle[k + 1])) return;
+  const auto by_angle = [&](const auto& share) -> Vec6 {
+    std::vector<StepInputs<double>> inputs = stretch.inputs[k];
+    const double parts = static_cast<double>(inputs.size());
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      const double begin = static_cast<double>(i) / parts;
+      for (const auto& [at, when] : {std::pair{&inputs[i].start, begin}, std::pair{&inputs[i].middle, begin + 0.5 / parts},
+                                     std::pair{&inputs[i].end, begin + 1.0 / parts}})
+        for (const Channel rudder : law.rudders) at->actuators[rudder] += kPolicy.filter.helm_difference * share(when);
+    }
+    return (advance(inputs) - end) / kPolicy.filter.helm_difference;
+  };
+  const Vec6 by_first = by_angle([](double when) { return 1.0 - when; }),
+             by_last = by_angle([](double when) { return when; });
+  Eigen::Matrix<double, 1, kShipStates> by_ship = Eigen::Matrix<double, 1, kShipStates>::Zero();
+  by_ship[2] = law.per_heading;
+  by_ship[5] = law.per_rate_s;
+  const auto off = [&](std::size_t i) { return law.at(of.path[i][2], of.path[i][5]) - law.angle[i]; };
+  // (1 - by_last by_ship)^-1, after Sherman & Morrison.
+  step.answer = Eigen::Matrix<double, kShipStates, kShipStates>::Identity() +
+                by_last * by_ship / (1.0 - by_ship.dot(by_last));
+  step.A.leftCols<kShipStates>() += by_first * by_ship;
+  step.A = *step.answer * step.A;
+  step.offset = *step.answer * (step.offset + by_first * off(k) + by_last * off(k + 1));
+  step.G = *step.answer * step.G;
+  step.by_helm = law.sd * (*step.answer * (by_first + by_last));
+}
+
 // Derivatives of the steps along result.path, which the filter renews on the way if there is `noise`.
 LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::VectorXd& theta, const Noise* noise) {
   const Stretch& stretch = *result.data;
@@ -280,6 +316,9 @@ LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::Vec
       step.by_actuators = by_actuators(stretch, k, end, [&](const std::vector<StepInputs<double>>& inputs) {
         return advance<double>(plain, result.path[k], inputs, h);
       });
+    if (stretch.helm)
+      close_loop(result, k, end, [&](const auto& inputs) { return advance<double>(plain, result.path[k], inputs, h); },
+                 step);
     if (filter) filter->follow(k);
   }
   result.mean_offset =

@@ -106,6 +106,7 @@ void Filter::predict(std::size_t k) {
   for (int i = kWindStart; i < kStates; ++i) covariance(i, i) += wind_sd_ * wind_sd_ * (1.0 - A(i, i) * A(i, i));
   const Vec6 timing = noise_.timing_sd * stretch_.steps[k].G.rightCols<1>();
   ship += timing * timing.transpose();
+  if (stretch_.steps[k].answer) ship += stretch_.steps[k].by_helm * stretch_.steps[k].by_helm.transpose();
   if constexpr (states > kActuatorStart)
     for (int i = kActuatorStart; i < states; ++i) covariance(i, i) += 1.0 - A(i, i);
   if (states > kStates && noise_.one_receiver) {

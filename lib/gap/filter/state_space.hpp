@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "gap/filter/campaign.hpp"
@@ -72,7 +73,14 @@ struct LinearStep {
   /// Covariance of the accelerations of an ensemble's members; of a ship: of those that derivatives miss, where its
   /// model switches.
   Mat3<double> spread = Mat3<double>::Zero();
+  /// Where a course is kept (Stretch::helm): what the rudders' answer before the end makes of a change of the step, in
+  /// A, G and offset already; and what they do beside their law.
+  std::optional<Eigen::Matrix<double, kShipStates, kShipStates>> answer;
+  Vec6 by_helm = Vec6::Zero();
   double beyond = 0.0;  ///< farthest that an input lies beyond the training data, see EnsembleSimulator::beyond()
+
+  /// A change of where the step with the recorded inputs leads, as it is with the answer.
+  Vec6 answered(const Vec6& change) const { return answer ? Vec6(*answer * change) : change; }
 };
 
 /// A stretch with the model linearized along a path.

@@ -12,11 +12,11 @@ EffectSide::EffectSide(const Ship& ship, const Eigen::VectorXd& plain_theta, con
 Vec6 EffectSide::step(const LinearStretch& stretch, std::size_t k) const {
   const std::vector<StepInputs<double>>& own = stretch.data->inputs[k];
   const double h = stretch.data->dt_s(k) / static_cast<double>(own.size());
-  if (!inputs_) return advance<double>(model_, stretch.path[k], own, h);
+  if (!inputs_) return stretch.steps[k].answered(advance<double>(model_, stretch.path[k], own, h));
   std::vector<StepInputs<double>> inputs = own;
   for (std::size_t i = 0; i < inputs.size(); ++i)
     inputs[i] = averaged_step(*inputs_, stretch.data->t_s[k] + static_cast<double>(i) * h, h);
-  return advance<double>(model_, stretch.path[k], inputs, h);
+  return stretch.steps[k].answered(advance<double>(model_, stretch.path[k], inputs, h));
 }
 
 Vec6 EffectSide::push(const LinearStretch& stretch, std::size_t k) const {

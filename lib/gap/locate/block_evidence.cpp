@@ -93,7 +93,8 @@ class BlockFilter {
     const Vec6 without = null_ ? advance<double>(*null_, stretch_.path[step], inputs, h) : Vec6::Zero();
     for (std::size_t m = 0; m < modules_.size(); ++m)
       filter_.columns.col(slot + 3 + static_cast<Eigen::Index>(m)).head<kShipStates>() +=
-          (advance<double>(modules_[m].scaled, stretch_.path[step], inputs, h) - without) / kPolicy.locate.gain_step;
+          stretch_.steps[step].answered(advance<double>(modules_[m].scaled, stretch_.path[step], inputs, h) - without) /
+          kPolicy.locate.gain_step;
   }
 
   // What the measurements of a point say.

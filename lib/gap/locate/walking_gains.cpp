@@ -77,8 +77,8 @@ double left_by(const Eigen::VectorXd& gain, const Module& module, const Model<do
         const std::vector<StepInputs<double>>& inputs = moved.data->inputs[k];
         const double h = moved.data->dt_s(k) / static_cast<double>(inputs.size());
         moved.steps[k].offset += gain[static_cast<Eigen::Index>(i)] / kPolicy.locate.gain_step *
-                                 (advance<double>(module.scaled, moved.path[k], inputs, h) -
-                                  advance<double>(null, moved.path[k], inputs, h));
+                                 moved.steps[k].answered(advance<double>(module.scaled, moved.path[k], inputs, h) -
+                                                         advance<double>(null, moved.path[k], inputs, h));
       }
     }
     const Smoothed smoothed = smooth(moved, fit.noise, Eigen::VectorXd::Zero(fit.theta.size()));

@@ -24,6 +24,7 @@ struct FilterPolicy {
   double initial_froude = 0.05;  ///< [sqrt(g L)] the same of the velocities | origin: choice, wide
   double initial_rate_froude = 0.2;  ///< [sqrt(g/L)] the same of the yaw rate | origin: choice, wide
   double first_wind_share = 0.12;  ///< [-] sd of the wind's error by its mean speed, from which a fit begins | origin: choice
+  double helm_difference = 0.005;  ///< [rad] of the rudders, for the slope of a step by their angle where a course is kept | origin: choice, rounding
   double timing_sd = 2.0;  ///< [tenths of the sampling time] sd of each step's own timing | origin: theory, a straight line between samples errs by up to a third of their distance
   double first_receiver_sd_mps = 0.005;  ///< [m/s] error that a receiver's velocity and way share, where its estimate begins | origin: choice
   double first_receiver_tau_s = 1.5;  ///< [s] its correlation time, of sensors and so the same at any scale | origin: choice

@@ -63,7 +63,8 @@ double by_autopilot(double t, double psi, double r) {
 double by_clock(double t, double, double) { return 10.0 * kDegree * (std::fmod(t, 40.0) < 20.0 ? 1.0 : -1.0); }
 
 double helm_ahead(const Swinging& of) {
-  return gap::helm_ahead_of_sensors(of.campaign, of.campaign.stretches.front(), of.fit.smoothed.front());
+  const auto helm = gap::helm_of(of.campaign, of.campaign.stretches.front(), of.fit.smoothed.front());
+  return helm ? helm->ahead : 0.0;
 }
 
 }  // namespace
@@ -87,7 +88,15 @@ TEST_CASE("effects: rudders that follow the ship tell as much of her as the filt
 
 TEST_CASE("effects: a ship that an autopilot keeps on her course says nothing of how hull and rudder answer", "[gap]") {
   const Swinging kept = swinging(by_autopilot), turned = swinging(by_clock), pushed = swinging(by_autopilot, 20.0);
-  const gap::Identifiable course(kept.campaign, kept.fit), zigzag(turned.campaign, turned.fit),
+  const std::optional<gap::Campaign> by_law = gap::with_helms(kept.campaign, kept.fit.smoothed);
+  REQUIRE(by_law);
+  REQUIRE(by_law->stretches.front().helm);
+  const gap::HelmLaw& law = *by_law->stretches.front().helm;
+  CHECK(law.per_heading == Approx(-1.2).epsilon(0.01));
+  CHECK(law.per_rate_s == Approx(-6.0).epsilon(0.01));
+  CHECK(law.offset == Approx(0.0).margin(0.01 * kDegree));
+  CHECK_FALSE(gap::with_helms(turned.campaign, turned.fit.smoothed));
+  const gap::Identifiable course(*by_law, kept.fit), zigzag(turned.campaign, turned.fit),
       pulses(pushed.campaign, pushed.fit);
   for (const char* effect : {"shallow-water", "rudder-effectiveness", "actuator-delay"}) {
     CHECK_FALSE(course(effect));

@@ -7,6 +7,7 @@
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 
+#include "core/random.hpp"
 #include "core/units.hpp"
 #include "gap/simulated_campaign.hpp"
 
@@ -176,4 +177,54 @@ TEST_CASE("filter: where no wind is recorded it has no error, not even by roundi
     REQUIRE(filtered.path[k].tail<2>() == Vec2<double>::Zero());
     REQUIRE(smoothed.state[k].tail<2>() == Vec2<double>::Zero());
   }
+}
+
+TEST_CASE("filter: where a course is kept a step is that of ship and helmsman together", "[gap]") {
+  const Ship ship = read_ship("vectwin-3m");
+  const gap::Campaign campaign = gap::prepare(
+      ship, test::recorded({.ship = "vectwin-3m", .recordings = 1, .duration_s = 60.0, .wind_mps = 0.0}, ship), {});
+  REQUIRE(campaign.stretches.size() == 1);
+  auto kept = std::make_shared<gap::Stretch>(campaign.stretches.front());
+  gap::HelmLaw law{.offset = 0.02, .per_heading = -1.2, .per_rate_s = -6.0, .sd = 0.1 * kDegree};
+  law.rudders = {Channel::delta_p, Channel::delta_s};
+  const std::vector<gap::StateVector> path = gap::measured_path(*kept);
+  for (std::size_t k = 0; k < kept->size(); ++k)  // beside his law the helmsman errs a little
+    law.angle.push_back(law.at(path[k][2], path[k][5]) + 1e-4 * std::sin(static_cast<double>(k)));
+  law.angle.back() = kMissing;
+  kept->helm = law;
+  const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
+  const gap::LinearStretch linear =
+      gap::linearize(ship, kept, path, Eigen::VectorXd::Zero(coefficients));
+  CHECK_FALSE(linear.steps.back().answer);  // at a limit
+
+  const Model<double> model(ship);
+  RandomStream random(1, "kept");
+  double moved = 0.0, missed = 0.0;
+  for (std::size_t k = 10; k < 30; ++k) {
+    gap::StateVector dx = gap::StateVector::Zero();
+    for (int i = 2; i < 9; ++i) dx[i] = 1e-4 * random.normal();
+    const gap::StateVector begin = linear.path[k] + dx;
+    const double h = kept->dt_s(k) / static_cast<double>(kept->inputs[k].size());
+    // By hand: the last angle is that of where the step leads.
+    gap::Vec6 end = begin.head<6>();
+    for (int round = 0; round < 30; ++round) {
+      std::vector<StepInputs<double>> inputs = kept->inputs[k];
+      const double more_first = law.at(begin[2], begin[5]) - law.angle[k],
+                   more_last = law.at(end[2], end[5]) - law.angle[k + 1], n = static_cast<double>(inputs.size());
+      for (std::size_t i = 0; i < inputs.size(); ++i) {
+        Inputs<double>* at[] = {&inputs[i].start, &inputs[i].middle, &inputs[i].end};
+        for (int part = 0; part < 3; ++part)
+          for (const Channel rudder : law.rudders) {
+            const double share = (static_cast<double>(i) + 0.5 * part) / n;
+            at[part]->actuators[rudder] += (1.0 - share) * more_first + share * more_last;
+          }
+      }
+      end = gap::advance<double>(model, begin, inputs, h);
+    }
+    const gap::Vec6 change = linear.steps[k].offset + linear.steps[k].A * dx;
+    moved += change.norm();
+    missed += (end - linear.path[k + 1].head<6>() - change).norm();
+  }
+  CHECK(moved > 0.0);
+  CHECK(missed < 0.002 * moved);
 }
