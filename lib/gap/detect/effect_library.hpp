@@ -20,7 +20,7 @@ inline constexpr double kKnownAngle = kPolicy.detect.known_angle_deg * kDegree;
 /// Whether recordings say anything of an effect. Where in all of them the rudders tell more of the ship than the
 /// sensors do, and no thruster pushes, they say nothing of how hull and rudders answer: the rudders go with what the
 /// filter errs by, and look weaker or late, and the hull steadier, than they are (Soderstrom & Stoica 1989, System
-/// Identification, chapter 10, on closed loops; helm_ahead_of_sensors(); docs/gap-locate.md). Nor do they where rudders
+/// Identification, chapter 10, on closed loops; with_helms(); docs/gap-locate.md). Nor do they where rudders
 /// stay and the ship neither drifts nor turns (is_straight()).
 class Identifiable {
  public:
