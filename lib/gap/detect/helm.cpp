@@ -80,11 +80,25 @@ std::optional<Helm> helm_of(const Campaign& campaign, const Stretch& stretch, co
   return helm;
 }
 
+namespace {
+
+// Whether the rudders oppose a turn that goes on while the ship sails her length. Else they make it: in a long turn the
+// yaw rate follows the rudders as closely as a helmsman's rudders follow it.
+bool opposes(const HelmLaw& law, const Ship& ship, const Smoothed& smoothed) {
+  double speed = 0.0;
+  for (const StateVector& x : smoothed.state)
+    speed += x.segment<2>(3).norm() / static_cast<double>(smoothed.state.size());
+  return law.per_heading * ship.particulars.L_pp + law.per_rate_s * speed < 0.0;
+}
+
+}  // namespace
+
 std::optional<Campaign> with_helms(const Campaign& campaign, const std::vector<Smoothed>& smoothed) {
   std::optional<Campaign> result;
   for (std::size_t s = 0; s < campaign.stretches.size(); ++s) {
     std::optional<Helm> helm = helm_of(campaign, campaign.stretches[s], smoothed[s]);
-    if (!helm || !(helm->ahead > kPolicy.detect.helm_ahead)) continue;
+    if (!helm || !(helm->ahead > kPolicy.detect.helm_ahead) || !opposes(helm->law, campaign.ship, smoothed[s]))
+      continue;
     if (!result) result = campaign;
     result->stretches[s].helm = std::move(helm->law);
   }

@@ -8,8 +8,8 @@
 
 namespace leeway::gap {
 
-/// The law of a stretch's rudders, and how much more they know of the ship than its recordings do. Whoever steers by heading and yaw rate
-/// sees the ship herself: where the rudders' mean angle is
+/// The law of a stretch's rudders, and how much more they know of the ship than its recordings do. Whoever steers by
+/// heading and yaw rate sees the ship herself: where the rudders' mean angle is
 ///   per_heading psi + per_rate r + offset + e,
 /// e is how well they tell what she does, and the filter's uncertainty of the same sum how well the sensors do. The law
 /// is a regression on smoothed states, whose errors have nothing to do with what is smoothed, so that nothing is
@@ -24,8 +24,8 @@ struct Helm {
 };
 std::optional<Helm> helm_of(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed);
 
-/// The campaign with the law of each stretch in which rudders tell more of the ship than the sensors do; nothing where
-/// there is none.
+/// The campaign with the law of each stretch in which rudders tell more of the ship than the sensors do and oppose her
+/// turns; nothing where there is none.
 ///   smoothed  of each stretch, with nothing missing, the rudders as inputs
 std::optional<Campaign> with_helms(const Campaign& campaign, const std::vector<Smoothed>& smoothed);
 

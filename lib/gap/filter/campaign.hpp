@@ -28,8 +28,8 @@ struct ActuatorError {
   std::array<bool, kActuatorErrors> goes_on{};
 };
 
-/// How a helmsman who sees the ship herself moves the rudders: their mean angle is offset + per_heading psi + per_rate r,
-/// within sd. Heading as in the recordings, counted through full turns.
+/// How a helmsman who sees the ship herself moves the rudders: their mean angle is offset + per_heading psi + per_rate
+/// r, within sd. Heading as in the recordings, counted through full turns.
 struct HelmLaw {
   double offset = 0.0, per_heading = 0.0, per_rate_s = 0.0, sd = 0.0;  ///< [rad, -, s, rad]
   std::vector<Channel> rudders;
@@ -53,8 +53,8 @@ struct Stretch {
   std::vector<ActuatorError> actuator_errors;  ///< of each step, in this order; empty: none has
   double wind_speed_mps = 0.0;                 ///< mean of the recorded true wind; 0: no wind is recorded
   double sample_s = 0.0;                       ///< of the recording
-  std::optional<HelmLaw> helm;  ///< the law by which a course is kept in it, where the rudders tell more of the ship than
-                                ///< the sensors do: they are no inputs then, but follow her
+  std::optional<HelmLaw> helm;  ///< the law by which a course is kept in it, where the rudders tell more of the ship
+                                ///< than the sensors do: they are no inputs then, but follow her
   std::size_t size() const { return t_s.size(); }
   double dt_s(std::size_t k) const { return t_s[k + 1] - t_s[k]; }
 };

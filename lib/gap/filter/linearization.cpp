@@ -273,8 +273,9 @@ void close_loop(const LinearStretch& of, std::size_t k, const Vec6& end, const A
     const double parts = static_cast<double>(inputs.size());
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       const double begin = static_cast<double>(i) / parts;
-      for (const auto& [at, when] : {std::pair{&inputs[i].start, begin}, std::pair{&inputs[i].middle, begin + 0.5 / parts},
-                                     std::pair{&inputs[i].end, begin + 1.0 / parts}})
+      for (const auto& [at, when] :
+           {std::pair{&inputs[i].start, begin}, std::pair{&inputs[i].middle, begin + 0.5 / parts},
+            std::pair{&inputs[i].end, begin + 1.0 / parts}})
         for (const Channel rudder : law.rudders) at->actuators[rudder] += kPolicy.filter.helm_difference * share(when);
     }
     return (advance(inputs) - end) / kPolicy.filter.helm_difference;
@@ -286,8 +287,8 @@ void close_loop(const LinearStretch& of, std::size_t k, const Vec6& end, const A
   by_ship[5] = law.per_rate_s;
   const auto off = [&](std::size_t i) { return law.at(of.path[i][2], of.path[i][5]) - law.angle[i]; };
   // (1 - by_last by_ship)^-1, after Sherman & Morrison.
-  step.answer = Eigen::Matrix<double, kShipStates, kShipStates>::Identity() +
-                by_last * by_ship / (1.0 - by_ship.dot(by_last));
+  step.answer =
+      Eigen::Matrix<double, kShipStates, kShipStates>::Identity() + by_last * by_ship / (1.0 - by_ship.dot(by_last));
   step.A.leftCols<kShipStates>() += by_first * by_ship;
   step.A = *step.answer * step.A;
   step.offset = *step.answer * (step.offset + by_first * off(k) + by_last * off(k + 1));
@@ -317,8 +318,8 @@ LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::Vec
         return advance<double>(plain, result.path[k], inputs, h);
       });
     if (stretch.helm)
-      close_loop(result, k, end, [&](const auto& inputs) { return advance<double>(plain, result.path[k], inputs, h); },
-                 step);
+      close_loop(
+          result, k, end, [&](const auto& inputs) { return advance<double>(plain, result.path[k], inputs, h); }, step);
     if (filter) filter->follow(k);
   }
   result.mean_offset =

@@ -43,6 +43,7 @@ Swinging swinging(const std::function<double(double, double, double)>& rudder, d
     for (const auto& [channel, value] : row) recording[channel].push_back(value);
     gap::StateVector known = gap::StateVector::Zero();
     known[2] = psi;
+    known[3] = 0.5;
     known[5] = r - kRateSd * random.normal();
     smoothed.state.push_back(known);
     smoothed.covariance.push_back(gap::StateMatrix::Zero());
@@ -96,6 +97,10 @@ TEST_CASE("effects: a ship that an autopilot keeps on her course says nothing of
   CHECK(law.per_rate_s == Approx(-6.0).epsilon(0.01));
   CHECK(law.offset == Approx(0.0).margin(0.01 * kDegree));
   CHECK_FALSE(gap::with_helms(turned.campaign, turned.fit.smoothed));
+  // A ship that follows her rudders is not steered by what she does.
+  const Swinging led = swinging([](double, double, double r) { return 6.0 * r; });
+  CHECK(helm_ahead(led) > 0.5);
+  CHECK_FALSE(gap::with_helms(led.campaign, led.fit.smoothed));
   const gap::Identifiable course(*by_law, kept.fit), zigzag(turned.campaign, turned.fit),
       pulses(pushed.campaign, pushed.fit);
   for (const char* effect : {"shallow-water", "rudder-effectiveness", "actuator-delay"}) {

@@ -185,7 +185,11 @@ TEST_CASE("filter: where a course is kept a step is that of ship and helmsman to
       ship, test::recorded({.ship = "vectwin-3m", .recordings = 1, .duration_s = 60.0, .wind_mps = 0.0}, ship), {});
   REQUIRE(campaign.stretches.size() == 1);
   auto kept = std::make_shared<gap::Stretch>(campaign.stretches.front());
-  gap::HelmLaw law{.offset = 0.02, .per_heading = -1.2, .per_rate_s = -6.0, .sd = 0.1 * kDegree};
+  gap::HelmLaw law;
+  law.offset = 0.02;
+  law.per_heading = -1.2;
+  law.per_rate_s = -6.0;
+  law.sd = 0.1 * kDegree;
   law.rudders = {Channel::delta_p, Channel::delta_s};
   const std::vector<gap::StateVector> path = gap::measured_path(*kept);
   for (std::size_t k = 0; k < kept->size(); ++k)  // beside his law the helmsman errs a little
@@ -193,8 +197,7 @@ TEST_CASE("filter: where a course is kept a step is that of ship and helmsman to
   law.angle.back() = kMissing;
   kept->helm = law;
   const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
-  const gap::LinearStretch linear =
-      gap::linearize(ship, kept, path, Eigen::VectorXd::Zero(coefficients));
+  const gap::LinearStretch linear = gap::linearize(ship, kept, path, Eigen::VectorXd::Zero(coefficients));
   CHECK_FALSE(linear.steps.back().answer);  // at a limit
 
   const Model<double> model(ship);
