@@ -30,6 +30,15 @@ std::vector<double> rudder_angles(const Campaign& campaign, const Stretch& stret
 // Whether rudders that move between these angles hardly move.
 bool stay(double least, double most) { return most - least < 4.0 * kKnownAngle; }
 
+// Whether the rudders oppose a turn that goes on while the ship sails her length. Else they make it: in a long turn the
+// yaw rate follows the rudders as closely as a helmsman's rudders follow it.
+bool opposes(const HelmLaw& law, const Ship& ship, const Smoothed& smoothed) {
+  double speed = 0.0;
+  for (const StateVector& x : smoothed.state)
+    speed += x.segment<2>(3).norm() / static_cast<double>(smoothed.state.size());
+  return law.per_heading * ship.particulars.L_pp + law.per_rate_s * speed < 0.0;
+}
+
 }  // namespace
 
 std::optional<Helm> helm_of(const Campaign& campaign, const Stretch& stretch, const Smoothed& smoothed) {
@@ -79,19 +88,6 @@ std::optional<Helm> helm_of(const Campaign& campaign, const Stretch& stretch, co
   if (unknown > 0.0) helm.ahead = unknown / variance;
   return helm;
 }
-
-namespace {
-
-// Whether the rudders oppose a turn that goes on while the ship sails her length. Else they make it: in a long turn the
-// yaw rate follows the rudders as closely as a helmsman's rudders follow it.
-bool opposes(const HelmLaw& law, const Ship& ship, const Smoothed& smoothed) {
-  double speed = 0.0;
-  for (const StateVector& x : smoothed.state)
-    speed += x.segment<2>(3).norm() / static_cast<double>(smoothed.state.size());
-  return law.per_heading * ship.particulars.L_pp + law.per_rate_s * speed < 0.0;
-}
-
-}  // namespace
 
 std::optional<Campaign> with_helms(const Campaign& campaign, const std::vector<Smoothed>& smoothed) {
   std::optional<Campaign> result;

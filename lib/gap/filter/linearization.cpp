@@ -293,6 +293,9 @@ void close_loop(const LinearStretch& of, std::size_t k, const Vec6& end, const A
   step.A = *step.answer * step.A;
   step.offset = *step.answer * (step.offset + by_first * off(k) + by_last * off(k + 1));
   step.G = *step.answer * step.G;
+  step.by_actuators = *step.answer * step.by_actuators;
+  for (std::size_t a = 0; a < stretch.uncertain.size(); ++a)  // that nobody has used
+    if (info(stretch.uncertain[a]).role == Role::rudder) step.by_actuators.col(static_cast<Eigen::Index>(a)).setZero();
   step.by_helm = law.sd * (*step.answer * (by_first + by_last));
 }
 

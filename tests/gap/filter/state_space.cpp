@@ -195,10 +195,19 @@ TEST_CASE("filter: where a course is kept a step is that of ship and helmsman to
   for (std::size_t k = 0; k < kept->size(); ++k)  // beside his law the helmsman errs a little
     law.angle.push_back(law.at(path[k][2], path[k][5]) + 1e-4 * std::sin(static_cast<double>(k)));
   law.angle.back() = kMissing;
+  kept->uncertain = {Channel::delta_p, Channel::n_p};
+  kept->actuator_errors.assign(kept->size() - 1, {{1.0 * kDegree, 0.5}, {false, false}});
+  const auto led = std::make_shared<const gap::Stretch>(*kept);
   kept->helm = law;
   const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
   const gap::LinearStretch linear = gap::linearize(ship, kept, path, Eigen::VectorXd::Zero(coefficients));
   CHECK_FALSE(linear.steps.back().answer);  // at a limit
+  // What the propeller errs by is answered, what is recorded of the rudders is not used.
+  const gap::LinearStretch open = gap::linearize(ship, led, path, Eigen::VectorXd::Zero(coefficients));
+  REQUIRE(linear.steps[20].answer);
+  CHECK(linear.steps[20].by_actuators.col(0).isZero());
+  CHECK_FALSE(open.steps[20].by_actuators.col(1).isZero());
+  CHECK(linear.steps[20].by_actuators.col(1).isApprox(*linear.steps[20].answer * open.steps[20].by_actuators.col(1)));
 
   const Model<double> model(ship);
   RandomStream random(1, "kept");
