@@ -69,6 +69,30 @@ TEST_CASE("gap-locate: a wind that reads the wrong way round is found by short t
         Approx(gap::gap_locate(read_ship("vectwin-3m"), sound, {}).detection.p_value).epsilon(0.2));
 }
 
+// The fit has events there, which its evidence without them does not.
+TEST_CASE("gap-locate: a wind that reads the wrong way round is found where a tug pulls for a while", "[gap][slow]") {
+  const double wind_mps = GENERATE(1.2, 1.8);
+  CAPTURE(wind_mps);
+  Ship truth = test::perturbed_ship("esso-osaka-3m", 0.1, 3);
+  truth.effects.push_back(
+      {"tug",
+       {{"force_N", 2.0}, {"direction_deg", 290.0}, {"x_m", 1.0}, {"t_start_s", 80.0}, {"t_end_s", 130.0}},
+       "ship.json",
+       "/effects/0"});
+  std::vector<Trajectory> recordings = test::recorded({"esso-osaka-3m", 7, 4, 200.0, 1.0, wind_mps}, truth);
+  for (Trajectory& recording : recordings) {
+    recording[Channel::app_wind_speed].clear();
+    recording[Channel::app_wind_dir].clear();
+    for (double& from : recording[Channel::wind_dir]) from += kPi;
+  }
+  gap::GapLocateOptions options;
+  options.jobs = 2;
+  const gap::Findings findings = gap::gap_locate(read_ship("esso-osaka-3m"), recordings, options);
+  CHECK(findings.verdict == gap::Verdict::mismatch);
+  REQUIRE(findings.conventions.contradicted.size() == 1);
+  CHECK(findings.conventions.contradicted[0].name == "wind-to");
+}
+
 // What is left of a bias after it was taken out by the audit's estimate had p-values down to 1e-19.
 TEST_CASE("gap-locate: a heading bias is found with the simulator's help, and leaves no missing physics",
           "[gap][slow]") {

@@ -10,9 +10,8 @@
 
 namespace leeway::gap {
 
-double best_evidence(const Campaign& campaign, const FittedNull& near_by, const GapLocateOptions& options) {
-  const FittedNull none = follow(campaign, near_by, {}, options.jobs);
-  Comparison comparison(campaign, none, {options.false_alarm, options.jobs, options.seed});
+double best_evidence(const Campaign& campaign, const FittedNull& fit, const GapLocateOptions& options) {
+  Comparison comparison(campaign, fit, {options.false_alarm, options.jobs, options.seed});
   double best = comparison.none().log_evidence;
   const std::vector<Comparison::ExpectedGain> candidates = comparison.expected_gains(0);
   for (std::size_t i = 0; i < std::min(candidates.size(), kPolicy.decide.most_compared); ++i)
@@ -23,8 +22,11 @@ double best_evidence(const Campaign& campaign, const FittedNull& near_by, const 
 
 std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& fit, const Conventions& conventions,
                                     const GapLocateOptions& options) {
+  FitOptions fit_options;
+  fit_options.jobs = options.jobs;
   std::optional<Reading> result;
   Campaign best;
+  FittedNull best_fit;
   const double as_stated = log_evidence(fit);
   double least = kPolicy.decide.far_likelier;
   for (const Reading& reading : conventions.tested) {
@@ -40,10 +42,12 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
     const RudderResponse response = rudder_response_of(campaign.ship);
     for (Stretch& stretch : otherwise.stretches)
       set_inputs(stretch, otherwise.recorded_inputs[stretch.recording].through(response), campaign.ship);
-    const double gained = log_evidence(follow(otherwise, fit, {}, options.jobs)) - as_stated;
+    FittedNull fit_otherwise = fit_null(otherwise, fit_options, &fit);
+    const double gained = log_evidence(fit_otherwise) - as_stated;
     if (!(gained > least)) continue;  // nor where it is not identifiable
     least = gained;
-    best = std::move(otherwise);
+    best = without_outliers(std::move(otherwise), fit_otherwise);
+    best_fit = std::move(fit_otherwise);
     result = reading;
     result->log_odds = gained;
     result->sentence =
@@ -51,7 +55,7 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
   }
   if (!result) return result;
   const double limit = best_evidence(campaign, fit, options) + kPolicy.decide.far_likelier;
-  if (as_stated + least < limit && best_evidence(best, fit, options) < limit) result.reset();
+  if (as_stated + least < limit && best_evidence(best, best_fit, options) < limit) result.reset();
   return result;
 }
 
