@@ -152,7 +152,6 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains_of_places(std::
         candidates.push_back(std::move(candidate));
     if (candidates.empty()) continue;
     ScreenOptions screen_options{options_.jobs};
-    screen_options.pushes = true;
     // What fenders and lines that go taut do are events.
     screen_options.knows_events = info.search == SearchStart::wall || !acts_at_times;
     ExpectedGain expected{effect, {}, 0.0};

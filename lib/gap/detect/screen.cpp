@@ -125,22 +125,26 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
     }
     const EffectSide without(columns.ship(), plain_theta, campaign.recorded_inputs[recording], columns.response());
     const MoreColumns more = [&](std::size_t k, Eigen::Ref<Eigen::MatrixXd> out) {
-      const auto step = [&](const auto& of) -> Vec6 {
-        return options.pushes ? of.push(linear, k) : of.step(linear, k);
-      };
-      const Vec6 plain = step(without);
+      // Only inputs that are shifted in time need what takes several times longer.
+      const auto by_steps = [&](const auto& of) { return options.whole_steps || of.has_other_inputs(); };
+      const Vec6 push = without.push(linear, k);
+      std::optional<Vec6> step;
       Eigen::Index column = 0;
       for (const Sides& one : sides[recording]) {
         for (const auto& slope : one.coordinates) {
-          if (slope)
-            out.col(column++) = step(*slope);
-          else
+          if (!slope)
             out.col(column++).setZero();
+          else
+            out.col(column++) = by_steps(*slope) ? slope->step(linear, k) : slope->push(linear, k);
         }
-        if (one.at_start)
-          out.col(column++) = step(*one.at_start) - plain;
-        else
+        if (!one.at_start) {
           out.col(column++).setZero();
+        } else if (!by_steps(*one.at_start)) {
+          out.col(column++) = one.at_start->push(linear, k) - push;
+        } else {
+          if (!step) step = without.step(linear, k);
+          out.col(column++) = one.at_start->step(linear, k) - *step;
+        }
       }
     };
     parts[s] = evidence(linear, noise, count, more);

@@ -32,7 +32,7 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
 struct ScreenOptions {
   std::size_t jobs = 1;
   bool knows_events = true;  ///< false: what acts for a while is not taken for an event
-  bool pushes = false;       ///< true: of forces alone, by the acceleration in the middle of each step
+  bool whole_steps = false;  ///< true: columns as exact as in fits; else by the acceleration in the middle of each step
 };
 
 /// The expected gain of candidates beside a fit, alone or together, from one linear step in closed form: all their

@@ -22,10 +22,17 @@ Vec6 EffectSide::step(const LinearStretch& stretch, std::size_t k) const {
 Vec6 EffectSide::push(const LinearStretch& stretch, std::size_t k) const {
   const std::vector<StepInputs<double>>& own = stretch.data->inputs[k];
   const Inputs<double>& middle = own[own.size() / 2].middle;
-  const Vec6 over_ground = 0.5 * (stretch.path[k] + stretch.path[k + 1]).head<kShipStates>();
+  const Vec6 first = stretch.path[k].head<kShipStates>(), last = stretch.path[k + 1].head<kShipStates>(),
+             over_ground = 0.5 * (first + last);
   ShipState<double> at{over_ground.head<3>(), over_ground.tail<3>()};
-  if (model_.moves_water()) at.nu -= water_velocity(model_, at.eta, middle.t_s);
-  return stretch.steps[k].A.block<kShipStates, 3>(0, kErrorStart) * rate_of_change(model_, at, middle).nu;
+  Vec3<double> by_water = Vec3<double>::Zero();
+  if (model_.moves_water()) {
+    at.nu -= water_velocity(model_, at.eta, middle.t_s);
+    by_water = (water_velocity<double>(model_, last.head<3>(), own.back().end.t_s) -
+                water_velocity<double>(model_, first.head<3>(), own.front().start.t_s)) /
+               stretch.data->dt_s(k);
+  }
+  return stretch.steps[k].A.block<kShipStates, 3>(0, kErrorStart) * (rate_of_change(model_, at, middle).nu + by_water);
 }
 
 EffectColumns::EffectColumns(const Campaign& campaign, const Hypothesis& hypothesis, const Eigen::VectorXd& z,

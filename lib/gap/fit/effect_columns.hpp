@@ -18,8 +18,10 @@ class EffectSide {
              const RudderResponse& like);
   /// Where step k of a stretch leads from the path.
   Vec6 step(const LinearStretch& stretch, std::size_t k) const;
-  /// The same, as far as it differs by what pushes: where the acceleration in the middle of the step leads.
+  /// The same, as far as it differs by forces and the water's motion: where the acceleration in the middle of the step
+  /// leads. It knows nothing of inputs that are others than those of the stretch.
   Vec6 push(const LinearStretch& stretch, std::size_t k) const;
+  bool has_other_inputs() const { return inputs_.has_value(); }
 
  private:
   Model<double> model_;
@@ -40,6 +42,7 @@ class EffectSlope {
   Vec6 push(const LinearStretch& stretch, std::size_t k) const {
     return (above_.push(stretch, k) - below_.push(stretch, k)) / (2.0 * difference_);
   }
+  bool has_other_inputs() const { return above_.has_other_inputs() || below_.has_other_inputs(); }
 
  private:
   EffectSide above_, below_;

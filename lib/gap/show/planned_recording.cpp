@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "effects/description.hpp"
 #include "gap/filter/uncertainty.hpp"
+#include "gap/fit/climb.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/sensors/froude_scale.hpp"
 
@@ -86,6 +87,34 @@ void cut(Trajectory& run, double until_s, const std::vector<Channel>& recorded) 
     if (std::ssize(column) > n) column.resize(static_cast<std::size_t>(n));
   for (const Channel channel : kMeasured)
     if (std::ranges::find(recorded, channel) == recorded.end()) run[channel].clear();
+}
+
+// Stretches along the states of the runs that they were made of.
+std::vector<LinearStretch> along_runs(const Campaign& recorded, const std::vector<Trajectory>& runs) {
+  std::vector<LinearStretch> result;
+  for (const Stretch& stretch : recorded.stretches) {
+    const Trajectory& run = runs[stretch.recording];
+    LinearStretch& linear = result.emplace_back();
+    linear.data = std::make_shared<const Stretch>(stretch);
+    linear.mean_offset.assign(stretch.size(), Vec6::Zero());
+    for (const double t_s : stretch.t_s) {
+      const auto next = std::ranges::lower_bound(run[Channel::t], t_s - kPolicy.show.time_tolerance_s);
+      const auto k = static_cast<std::size_t>(std::min(next, run[Channel::t].end() - 1) - run[Channel::t].begin());
+      StateVector& x = linear.path.emplace_back(StateVector::Zero());
+      for (Eigen::Index i = 0; i < kShipStates; ++i) x[i] = run[kMeasured[static_cast<std::size_t>(i)]][k];
+    }
+  }
+  return result;
+}
+
+// What the recordings say of a hypothesis, around its parameters so far.
+Evidence seen_by(const Survivor& hypothesis, const Campaign& recorded, std::vector<LinearStretch> along) {
+  FittedNull fit = hypothesis.fit;
+  fit.stretches = std::move(along);
+  const FitOptions options;
+  Climb climb(recorded, fit, hypothesis.hypothesis, options, false);
+  climb.linearize_all(fit.stretches);
+  return fit.total;
 }
 
 // -2 ln of how likely the best parameters make the recordings, but for what all hypotheses share.
@@ -172,12 +201,14 @@ std::optional<Prospect> prospect(const MenuItem& item, const std::vector<Survivo
     for (const Survivor& truth : survivors) by_truth.push_back(simulated(item, truth, site));
     Prospect result;
     result.each_s = std::floor(longest_s(item, by_truth, site));
-    for (std::vector<Trajectory>& runs : by_truth) {
-      for (Trajectory& run : runs) cut(run, result.each_s, site.recorded);
-      const Campaign recorded = prepare(site.ship, std::move(runs), {site.step_s, 0.0});
+    for (const std::vector<Trajectory>& runs : by_truth) {
+      std::vector<Trajectory> seen = runs;
+      for (Trajectory& run : seen) cut(run, result.each_s, site.recorded);
+      const Campaign recorded = prepare(site.ship, std::move(seen), {site.step_s, 0.0});
+      const std::vector<LinearStretch> along = along_runs(recorded, runs);
       std::vector<Evidence>& evidences = result.evidences.emplace_back();
       for (const Survivor& hypothesis : survivors)
-        evidences.push_back(follow(recorded, hypothesis.fit, hypothesis.hypothesis, 1).total);
+        evidences.push_back(seen_by(hypothesis, recorded, along));
     }
     return result;
   } catch (const UsageError&) {  // the ship cannot do this

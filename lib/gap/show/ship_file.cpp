@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -70,30 +71,27 @@ class FileJudge {
     const std::optional<Fitted> stated = fitted_alone(of_, {});
     if (!stated) return;
     std::tie(file.heldout_gain, file.heldout_gain_sd) = of_.comparison.gain(of_.answer, *stated);
-    for (const std::string& name : names_)
-      if (const std::optional<Tried> alone = tried({name}, *stated, left_out(*stated)))
-        file.modules.push_back(alone->module);
-    std::stable_sort(file.modules.begin(), file.modules.end(),
-                     [](const CalibratedModule& a, const CalibratedModule& b) { return a.gain > b.gain; });
+    std::vector<Tried> alone = tried_beside({}, names_, *stated);
+    std::ranges::stable_sort(alone, std::greater(), [](const Tried& one) { return one.module.gain; });
+    std::vector<std::string> followed;  // those with which the simulator does not run away
+    for (const Tried& one : alone) {
+      file.modules.push_back(one.module);
+      followed.push_back(one.module.name);
+    }
     if (keeps_course_) return;
     Modules off;
     Fitted with = *stated;
-    for (;;) {
-      const std::vector<ShipOnRuns> before = left_out(with);
-      std::optional<Tried> best;
-      for (const CalibratedModule& module : file.modules) {
-        if (std::find(off.begin(), off.end(), module.name) != off.end()) continue;
-        Modules free = off;
-        free.push_back(module.name);
-        std::optional<Tried> one = tried(free, with, before);
-        if (one && is_off(one->module, file.modules.size(), of_.options.locate.false_alarm) &&
-            (!best || one->module.gain > best->module.gain))
-          best = std::move(one);
-      }
-      if (!best) break;
-      off.push_back(best->module.name);
-      file.off.push_back(best->module);
-      with = std::move(best->fitted);
+    for (std::vector<Tried> now = std::move(alone);;) {
+      std::erase_if(now, [&](const Tried& one) {
+        return !is_off(one.module, file.modules.size(), of_.options.locate.false_alarm);
+      });
+      if (now.empty()) break;
+      Tried& best = *std::ranges::max_element(now, {}, [](const Tried& one) { return one.module.gain; });
+      off.push_back(best.module.name);
+      file.off.push_back(best.module);
+      with = std::move(best.fitted);
+      std::erase(followed, off.back());
+      now = tried_beside(off, followed, with);
     }
     for (CalibratedModule& module : file.off)
       module.changes = module_changes(of_.ship, module.name, with.fit.parameters, coefficients(with.fit.theta),
@@ -139,15 +137,24 @@ class FileJudge {
     CalibratedModule module;  // the last of those that are free
     Fitted fitted;
   };
-  std::optional<Tried> tried(const Modules& free, const Fitted& than, const std::vector<ShipOnRuns>& before) const {
-    std::optional<Fitted> fitted = fitted_alone(of_, free);
-    if (!fitted) return std::nullopt;
-    CalibratedModule module;
-    module.name = free.back();
-    std::tie(module.gain, module.gain_sd) = of_.comparison.gain(*fitted, than);
-    module.helps_free_runs =
-        is_beyond_chance(of_.campaign, of_.null.smoothed, before, left_out(*fitted), of_.options.locate.jobs);
-    return Tried{std::move(module), std::move(*fitted)};
+  // Each of some modules free beside others, against a fit with those others alone; without those with which the
+  // simulator runs away.
+  std::vector<Tried> tried_beside(const Modules& others, const Modules& names, const Fitted& than) const {
+    const std::vector<ShipOnRuns> before = left_out(than);
+    std::vector<Tried> result;
+    for (const std::string& name : names) {
+      Modules free = others;
+      free.push_back(name);
+      std::optional<Fitted> fitted = fitted_alone(of_, free);
+      if (!fitted) continue;
+      CalibratedModule module;
+      module.name = name;
+      std::tie(module.gain, module.gain_sd) = of_.comparison.gain(*fitted, than);
+      module.helps_free_runs =
+          is_beyond_chance(of_.campaign, of_.null.smoothed, before, left_out(*fitted), of_.options.locate.jobs);
+      result.push_back({std::move(module), *std::move(fitted)});
+    }
+    return result;
   }
   std::vector<ShipOnRuns> left_out(const Fitted& fitted) const {
     return leave_out_in_turn(of_.campaign, fitted.hypothesis, fitted.fit, of_.comparison.folds(),

@@ -6,7 +6,9 @@
 #include <catch2/catch.hpp>
 
 #include "core/units.hpp"
+#include "effects/description.hpp"
 #include "gap/compare/places.hpp"
+#include "gap/detect/effect_library.hpp"
 #include "gap/simulated_campaign.hpp"
 
 using namespace leeway;
@@ -41,8 +43,24 @@ TEST_CASE("screen: where nothing is missing, an effect gains much no more often 
   CHECK(gains_of({"steady-current"}) == one);
 }
 
-TEST_CASE("screen: what a force would gain hardly depends on whether whole steps are taken with it", "[gap]") {
-  const Ship ship = read_ship("esso-osaka-3m");
+namespace {
+
+// What each candidate would gain alone, with columns by whole steps or without.
+std::vector<double> gains_of(const std::vector<gap::Candidate>& candidates, const gap::Campaign& campaign,
+                             const gap::FittedNull& fit, bool whole_steps) {
+  const gap::ScreenOptions options{.jobs = 2, .whole_steps = whole_steps};
+  const gap::EffectScreen screen(campaign, fit, {}, candidates, 1.0, {{.prior = fit.prior}}, options);
+  std::vector<double> result;
+  for (std::size_t c = 0; c < candidates.size(); ++c)
+    result.push_back(screen.log_evidence({c}) - screen.log_evidence({}));
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("screen: what an effect would gain hardly depends on whether whole steps are taken with it", "[gap]") {
+  const char* const name = GENERATE("esso-osaka-3m", "vectwin-3m");
+  const Ship ship = read_ship(name);
   Ship truth = ship;
   truth.effects.push_back({"mooring",
                            {{"anchor_x_m", 10.0},
@@ -53,33 +71,34 @@ TEST_CASE("screen: what a force would gain hardly depends on whether whole steps
                             {"attach_y_m", 0.0}},
                            "ship.json",
                            "/effects/0"});
-  const test::SimulatedCampaign of{.ship = "esso-osaka-3m", .recordings = 2, .duration_s = 150.0, .wind_mps = 0.0};
+  const test::SimulatedCampaign of{.ship = name, .recordings = 2, .duration_s = 150.0, .wind_mps = 0.5};
   const gap::Campaign campaign = gap::prepare(ship, test::recorded(of, truth), {});
   const gap::FittedNull fit = gap::fit_null(campaign, {.jobs = 2});
-  for (const std::string effect : {"mooring", "bank"}) {
+  std::vector<std::string> effects{"mooring", "bank"};
+  const gap::EffectLibrary library(campaign, fit);
+  for (const gap::EffectLibrary::Entry& entry : library.entries()) effects.push_back(entry.name);
+  std::size_t gaining = 0;
+  for (const std::string& effect : effects) {
     std::vector<gap::Candidate> candidates;
-    for (const gap::FreeEffect::Choice& choice : gap::places_of(effect, campaign, {})) {
-      // A line without slack pulls so hard at its start that the water answers within a step.
-      if (effect == "mooring" && choice.freed.empty()) continue;
-      for (gap::Candidate& candidate : gap::candidates_of(effect, ship, {choice}))
-        candidates.push_back(std::move(candidate));
+    if (effect_named(effect).info.bound_to != BoundTo::place) {
+      candidates = gap::candidates_of(effect, ship);
+    } else {
+      for (const gap::FreeEffect::Choice& choice : gap::places_of(effect, campaign, {})) {
+        // A line without slack pulls so hard at its start that the water answers within a step.
+        if (effect == "mooring" && choice.freed.empty()) continue;
+        for (gap::Candidate& candidate : gap::candidates_of(effect, ship, {choice}))
+          candidates.push_back(std::move(candidate));
+      }
     }
-    const auto gains = [&](bool pushes) {
-      const gap::ScreenOptions options{2, true, pushes};
-      const gap::EffectScreen screen(campaign, fit, {}, candidates, 1.0, {{.prior = fit.prior}}, options);
-      std::vector<double> result;
-      for (std::size_t c = 0; c < candidates.size(); ++c)
-        result.push_back(screen.log_evidence({c}) - screen.log_evidence({}));
-      return result;
-    };
-    const std::vector<double> by_steps = gains(false), by_push = gains(true);
-    CHECK(by_push != by_steps);
+    const std::vector<double> by_steps = gains_of(candidates, campaign, fit, true),
+                              by_push = gains_of(candidates, campaign, fit, false);
     for (std::size_t c = 0; c < candidates.size(); ++c) {
-      CAPTURE(effect, c, by_steps[c], by_push[c]);
-      CHECK(by_push[c] == Approx(by_steps[c]).margin(0.1).epsilon(0.1));
+      CAPTURE(name, effect, c, by_steps[c], by_push[c]);
+      CHECK(by_push[c] == Approx(by_steps[c]).margin(1.0).epsilon(0.2));
+      gaining += by_steps[c] > 3.0 ? 1 : 0;
     }
-    if (effect == "mooring") CHECK(*std::ranges::max_element(by_push) > 3.0);
   }
+  CHECK(gaining > 3);
 }
 
 TEST_CASE("screen: one linear step finds a high sea as well as a low one", "[gap]") {
