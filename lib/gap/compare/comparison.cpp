@@ -92,6 +92,8 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
                            widths_by_scale(fit.stated, fit.parameters, fit.effects), ScreenOptions{options_.jobs});
   gains_of_nothing_[from] = screens.front().gains_of_nothing(kPolicy.compare.draws_of_nothing, options_.seed);
 
+  std::vector<double> nothing_more;
+  for (const EffectScreen& screen : screens) nothing_more.push_back(screen.log_evidence({}));
   std::vector<ExpectedGain> result;
   std::map<std::string, std::vector<std::size_t>> best_of;  // by effect: its candidates
   for (std::size_t c = 0; c < candidates.size();) {
@@ -101,11 +103,11 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
     bool is_excited = false;
     const std::size_t begin = c;
     while (c < candidates.size() && candidates[c].effects.front().name() == effect) ++c;
-    for (const EffectScreen& screen : screens)
-      for (const std::vector<std::size_t>& set : sets_of(screen, begin, c, false)) {
-        expected.starts.push_back(screen.start(set));
+    for (std::size_t s = 0; s < screens.size(); ++s)
+      for (const std::vector<std::size_t>& set : sets_of(screens[s], begin, c, false)) {
+        expected.starts.push_back(screens[s].start(set));
         const double evidence = expected.starts.back().log_evidence;
-        is_excited |= std::abs(evidence - screen.log_evidence({})) > kPolicy.compare.unexcited;
+        is_excited |= std::abs(evidence - nothing_more[s]) > kPolicy.compare.unexcited;
         if (evidence > most) most = evidence, best_of[effect] = set;
       }
     if (!is_excited) {
@@ -114,12 +116,11 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
       continue;
     }
     sort(expected.starts);
-    expected.gain = most - screens.front().log_evidence({});
+    expected.gain = most - nothing_more.front();
     screened_[from][effect] = expected.gain;
     result.push_back(std::move(expected));
   }
   if (pairs) {  // both from the same coefficients
-    const double nothing_more = screens.front().log_evidence({});
     for (auto a = best_of.begin(); a != best_of.end(); ++a)
       for (auto b = std::next(a); b != best_of.end(); ++b) {
         std::vector<std::size_t> both = a->second;
@@ -127,7 +128,7 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
         Start best = screens.front().start(both);
         for (std::size_t s = 1; s < screens.size(); ++s)
           if (Start start = screens[s].start(both); start.log_evidence > best.log_evidence) best = std::move(start);
-        pairs->push_back({best.hypothesis.name(), {best}, best.log_evidence - nothing_more});
+        pairs->push_back({best.hypothesis.name(), {best}, best.log_evidence - nothing_more.front()});
       }
     sort(*pairs);
   }
@@ -164,8 +165,8 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains_of_places(std::
           screen_of(campaign_, all_[from], {begin, begin + static_cast<std::ptrdiff_t>(count)}, screen_options);
       nothing = screen.log_evidence({});
       for (std::size_t c = 0; c < count; ++c)  // but those that the ship does not reach
-        if (std::abs(screen.log_evidence({c}) - nothing) > kPolicy.compare.unexcited)
-          expected.starts.push_back(screen.start({c}));
+        if (Start start = screen.start({c}); std::abs(start.log_evidence - nothing) > kPolicy.compare.unexcited)
+          expected.starts.push_back(std::move(start));
     }
     if (expected.starts.empty()) continue;
     sort(expected.starts);

@@ -1,9 +1,11 @@
 #include "gap/correct/wind_reading.hpp"
 
 #include <algorithm>
+#include <memory>
 
 #include <fmt/format.h>
 
+#include "core/errors.hpp"
 #include "gap/compare/comparison.hpp"
 #include "gap/sensors/conventions.hpp"
 #include "gap/sensors/readings.hpp"
@@ -20,14 +22,27 @@ double best_evidence(const Campaign& campaign, const FittedNull& fit, const GapL
   return best;
 }
 
+namespace {
+
+// The fit continued where the recordings are read otherwise: of the same measurements, with the same noise of the
+// sensors. A fit of its own may end at another optimum of the noise, or leave out other outliers, and be likelier
+// whatever the wind is.
+FittedNull continued(const Campaign& campaign, FittedNull fit, std::size_t jobs) {
+  for (std::size_t s = 0; s < fit.stretches.size(); ++s)
+    fit.stretches[s].data = std::make_shared<const Stretch>(campaign.stretches[s]);
+  FitOptions options;
+  options.jobs = jobs;
+  return fit_with(campaign, fit, {}, fit.theta, options);
+}
+
+}  // namespace
+
 std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& fit, const Conventions& conventions,
                                     const GapLocateOptions& options) {
-  FitOptions fit_options;
-  fit_options.jobs = options.jobs;
   std::optional<Reading> result;
   Campaign best;
   FittedNull best_fit;
-  const double as_stated = log_evidence(fit);
+  std::optional<double> as_stated;
   double least = kPolicy.decide.far_likelier;
   for (const Reading& reading : conventions.tested) {
     const ReadingEntry* entry = find_reading(reading.channel, reading.name);
@@ -42,11 +57,17 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
     const RudderResponse response = rudder_response_of(campaign.ship);
     for (Stretch& stretch : otherwise.stretches)
       set_inputs(stretch, otherwise.recorded_inputs[stretch.recording].through(response), campaign.ship);
-    FittedNull fit_otherwise = fit_null(otherwise, fit_options, &fit);
-    const double gained = log_evidence(fit_otherwise) - as_stated;
+    if (!as_stated) as_stated = log_evidence(continued(campaign, fit, options.jobs));
+    FittedNull fit_otherwise;
+    try {
+      fit_otherwise = continued(otherwise, fit, options.jobs);
+    } catch (const NumericalError&) {  // the simulator runs away
+      continue;
+    }
+    const double gained = log_evidence(fit_otherwise) - *as_stated;
     if (!(gained > least)) continue;  // nor where it is not identifiable
     least = gained;
-    best = without_outliers(std::move(otherwise), fit_otherwise);
+    best = std::move(otherwise);
     best_fit = std::move(fit_otherwise);
     result = reading;
     result->log_odds = gained;
@@ -55,7 +76,7 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
   }
   if (!result) return result;
   const double limit = best_evidence(campaign, fit, options) + kPolicy.decide.far_likelier;
-  if (as_stated + least < limit && best_evidence(best, best_fit, options) < limit) result.reset();
+  if (*as_stated + least < limit && best_evidence(best, best_fit, options) < limit) result.reset();
   return result;
 }
 

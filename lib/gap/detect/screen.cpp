@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "core/linear_algebra.hpp"
 #include "core/parallel.hpp"
@@ -88,11 +90,7 @@ std::vector<Candidate> candidates_of(const std::string& effect, const Ship& ship
 EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, const Hypothesis& so_far,
                            std::vector<Candidate> candidates, double share, std::vector<PriorWidths> widths,
                            const ScreenOptions& options)
-    : so_far_(so_far),
-      candidates_(std::move(candidates)),
-      theta_(from.theta),
-      widths_(std::move(widths)),
-      effects_(from.effects) {
+    : so_far_(so_far), candidates_(std::move(candidates)), theta_(from.theta), effects_(from.effects) {
   const Eigen::Index coefficients = theta_.size() - 1 - effects_;
   theta_.head(coefficients) *= share;
   const Eigen::VectorXd plain_theta = without_effects(theta_, effects_), known = theta_.segment(coefficients, effects_);
@@ -151,44 +149,39 @@ EffectScreen::EffectScreen(const Campaign& campaign, const FittedNull& from, con
   });
   total_ = Evidence(theta_.size() + count);
   for (const Evidence& part : parts) total_ += part;
+  const Eigen::Index n = theta_.size();
+  file_.emplace(total_.F.topLeftCorner(n, n), theta_, std::move(widths));
 }
 
-EffectScreen::Part EffectScreen::part(const std::vector<std::size_t>& set) const {
-  Part result;
-  for (Eigen::Index i = 0; i + 1 < theta_.size(); ++i) result.places.push_back(i);
+EffectScreen::Judged EffectScreen::judge(const std::vector<std::size_t>& set) const {
+  Judged result;
+  const Eigen::Index n = theta_.size();
   std::vector<double> z;
-  std::vector<Eigen::Index> starts;
+  // What the candidates do at their starts is there: it moves the scores.
+  result.score = total_.b;
+  double log_likelihood = total_.log_likelihood;
   for (const std::size_t c : set) {
-    const Eigen::Index n = candidates_[c].z.size();
-    for (Eigen::Index i = 0; i < n; ++i) {
-      result.places.push_back(first_[c] + i);
+    const Eigen::Index count = candidates_[c].z.size(), start = first_[c] + count;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      result.columns.push_back(first_[c] + i);
       z.push_back(candidates_[c].z[i]);
     }
-    starts.push_back(first_[c] + n);
+    log_likelihood += result.score[start] - 0.5 * total_.F(start, start);
+    result.score -= total_.F.col(start);
   }
-  result.places.push_back(theta_.size() - 1);
-  // What the candidates do at their starts is there: it moves the scores.
-  Eigen::VectorXd score = total_.b;
-  result.evidence.log_likelihood = total_.log_likelihood;
-  for (const Eigen::Index start : starts) {
-    result.evidence.log_likelihood += score[start] - 0.5 * total_.F(start, start);
-    score -= total_.F.col(start);
-  }
-  result.evidence.b = score(result.places);
-  result.evidence.F = total_.F(result.places, result.places);
-  const auto added = static_cast<Eigen::Index>(z.size());
-  result.theta.resize(theta_.size() + added);
-  result.theta << theta_.head(theta_.size() - 1), Eigen::Map<const Eigen::VectorXd>(z.data(), added), theta_.tail(1);
-  const std::vector<PriorWidths> with_added = with_coordinates(widths_, theta_.size() - 1, added);
-  const bool is_finite = result.evidence.b.allFinite() && result.evidence.F.allFinite();
-  const FileEvidence over = is_finite ? file_evidence(result.evidence, result.theta, with_added)
-                                      : FileEvidence{-std::numeric_limits<double>::infinity(), with_added.front(), {}};
-  result.log_evidence = over.log_evidence;
-  result.prior = over.likeliest.prior;
+  MoreCoordinates& more = result.more;
+  more.z = Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size()));
+  more.score = result.score(result.columns);
+  more.with_theta = total_.F(Eigen::seqN(0, n), result.columns);
+  more.own = total_.F(result.columns, result.columns);
+  if (result.score.head(n).allFinite() && more.score.allFinite() && more.with_theta.allFinite() && more.own.allFinite())
+    result.file = file_->with(log_likelihood, result.score.head(n), more);
+  else
+    result.file.log_evidence = -std::numeric_limits<double>::infinity();
   return result;
 }
 
-double EffectScreen::log_evidence(const std::vector<std::size_t>& set) const { return part(set).log_evidence; }
+double EffectScreen::log_evidence(const std::vector<std::size_t>& set) const { return judge(set).file.log_evidence; }
 
 std::vector<double> EffectScreen::gains_of_nothing(std::size_t draws, std::uint64_t seed) const {
   // Columns along which the simulator runs away say nothing.
@@ -205,18 +198,27 @@ std::vector<double> EffectScreen::gains_of_nothing(std::size_t draws, std::uint6
     const Eigen::Index first = first_[c] - theta_.size();
     alone.push_back({first, candidates_[c].z, first + candidates_[c].z.size()});
   }
-  return gap::gains_of_nothing(project(finite, theta_, part({}).prior), alone, draws, seed);
+  return gap::gains_of_nothing(project(finite, theta_, judge({}).file.likeliest.prior), alone, draws, seed);
 }
 
 Start EffectScreen::start(const std::vector<std::size_t>& set) const {
-  const Part p = part(set);
-  Start result{so_far_, p.theta, p.log_evidence};
+  const Judged judged = judge(set);
+  const Eigen::Index n = theta_.size(), added = judged.more.z.size();
+  Start result{so_far_, Eigen::VectorXd(n + added), judged.file.log_evidence};
+  result.theta << theta_.head(n - 1), judged.more.z, theta_.tail(1);
   for (const std::size_t c : set)
     result.hypothesis.effects.insert(result.hypothesis.effects.end(), candidates_[c].effects.begin(),
                                      candidates_[c].effects.end());
-  const Eigen::VectorXd step = (p.evidence.F + p.prior.precision()).llt().solve(p.evidence.b - p.prior.pull(p.theta));
+  if (!std::isfinite(result.log_evidence)) return result;
+  std::vector<Eigen::Index> places(static_cast<std::size_t>(n) - 1);  // in the evidence, in the order of theta
+  std::iota(places.begin(), places.end(), Eigen::Index{0});
+  places.insert(places.end(), judged.columns.begin(), judged.columns.end());
+  places.push_back(n - 1);
+  const ThetaPrior prior = judged.file.likeliest.prior.with(n - 1, Eigen::VectorXd::Ones(added));
+  const Eigen::VectorXd step =
+      (total_.F(places, places) + prior.precision()).llt().solve(judged.score(places) - prior.pull(result.theta));
   if (!step.allFinite()) return result;
-  const Eigen::Index coefficients = theta_.size() - 1 - effects_, effects = p.theta.size() - 1 - coefficients;
+  const Eigen::Index coefficients = n - 1 - effects_, effects = effects_ + added;
   const double too_long =
       std::max({1.0, step.head(coefficients).cwiseAbs().maxCoeff() / kPolicy.detect.longest_log_step,
                 step.segment(coefficients, effects).cwiseAbs().maxCoeff() / kPolicy.detect.longest_start});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "gap/fit/coefficient_scale.hpp"
 #include "gap/fit/effect_columns.hpp"
@@ -59,22 +60,22 @@ class EffectScreen {
   Start start(const std::vector<std::size_t>& set) const;
 
  private:
-  struct Part {
-    std::vector<Eigen::Index> places;  // in the evidence: theta with the candidates' coordinates
-    Evidence evidence;
-    Eigen::VectorXd theta;
-    ThetaPrior prior;
-    double log_evidence = 0.0;
+  // A set of candidates at their starts.
+  struct Judged {
+    std::vector<Eigen::Index> columns;  // of its coordinates
+    Eigen::VectorXd score;              // of all columns
+    MoreCoordinates more;
+    FileEvidence file;
   };
-  Part part(const std::vector<std::size_t>& set) const;  // with the likeliest widths
+  Judged judge(const std::vector<std::size_t>& set) const;
 
   Hypothesis so_far_;
   std::vector<Candidate> candidates_;
   std::vector<Eigen::Index> first_;  // column of each candidate; the last of its columns is what it does at its start
   Eigen::VectorXd theta_;
-  std::vector<PriorWidths> widths_;
   Eigen::Index effects_ = 0;  // known ones
   Evidence total_;
+  std::optional<FileEvidenceBeside> file_;  // once there is a total
 };
 
 /// Whether the coefficients of a fit lie so far off that an effect may have shifted them.

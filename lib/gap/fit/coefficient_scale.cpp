@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/linear_algebra.hpp"
 #include "gap/policy/policy.hpp"
@@ -9,35 +10,54 @@
 namespace leeway::gap {
 namespace {
 
-// Odds, prior times Bayes factor, of each of n coefficients being off by far more against not. The covariance before
-// grows by `added` in one place; with the narrow prior's precision P, and theta known as N(m, V) with it, all follows
-// from u = P e, u'm and u'V u (Sherman & Morrison).
-Eigen::VectorXd odds_of_slabs(const Evidence& evidence, const Eigen::VectorXd& theta, const PriorWidths& widths,
-                              double n) {
-  Eigen::VectorXd odds = Eigen::VectorXd::Zero(theta.size());
-  const Eigen::MatrixXd& P = widths.prior.precision();
-  const Eigen::MatrixXd M = evidence.F + P;
-  const Eigen::MatrixXd covariance = M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
-  const Eigen::VectorXd mean = theta + covariance * (evidence.b - widths.prior.pull(theta));
-  for (Eigen::Index i = 0; i < odds.size(); ++i) {
-    const double narrow = widths.prior.sd()[i], wide = widths.slab[i];
-    if (!(wide > narrow)) continue;
-    const double added = wide * wide - narrow * narrow, grown = 1.0 + added * P(i, i), freed = added / grown;
-    Eigen::VectorXd Vu = Eigen::VectorXd::Zero(theta.size());
-    double u_m = 0.0, u_V_u = 0.0;
+// theta as the recordings leave it: Gaussian.
+struct Posterior {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd covariance;
+};
+
+// How theta follows where a coefficient is off by far more: the covariance before grows by `added` in one place, and
+// with the narrow prior's precision P all follows from u = P e and the posterior's u'm and u'V u (Sherman & Morrison).
+struct Freed {
+  double grown, kept;    // determinants of the covariances before and after, by those of the narrow prior
+  double share, pulled;  // added/grown, u'm
+  Eigen::VectorXd Vu;
+
+  Freed(const Posterior& posterior, const PriorWidths& widths, Eigen::Index i)
+      : Vu(Eigen::VectorXd::Zero(posterior.mean.size())) {
+    const Eigen::MatrixXd& P = widths.prior.precision();
+    const double narrow = widths.prior.sd()[i], wide = widths.slab[i], added = wide * wide - narrow * narrow;
     const std::vector<Eigen::Index> linked = widths.prior.linked(i);
+    pulled = 0.0;
     for (const Eigen::Index j : linked) {
-      Vu += P(j, i) * covariance.col(j);
-      u_m += P(j, i) * mean[j];
+      Vu += P(j, i) * posterior.covariance.col(j);
+      pulled += P(j, i) * posterior.mean[j];
     }
+    double u_V_u = 0.0;
     for (const Eigen::Index j : linked) u_V_u += P(j, i) * Vu[j];
-    const double kept = 1.0 - freed * u_V_u;
-    const double wide_mean = mean[i] + Vu[i] * freed * u_m / kept,
-                 wide_variance = covariance(i, i) + freed * Vu[i] * Vu[i] / kept;
-    const double side = widths.side[i] * wide_mean / std::sqrt(wide_variance);
+    grown = 1.0 + added * P(i, i);
+    share = added / grown;
+    kept = 1.0 - share * u_V_u;
+  }
+
+  void take(Posterior& posterior) const {
+    posterior.mean += share * pulled / kept * Vu;
+    posterior.covariance += share / kept * Vu * Vu.transpose();
+  }
+};
+
+// Odds, prior times Bayes factor, of each of n coefficients being off by far more against not.
+Eigen::VectorXd odds_of_slabs(const Posterior& posterior, const PriorWidths& widths, double n) {
+  Eigen::VectorXd odds = Eigen::VectorXd::Zero(posterior.mean.size());
+  for (Eigen::Index i = 0; i < odds.size(); ++i) {
+    if (!(widths.slab[i] > widths.prior.sd()[i])) continue;
+    const Freed freed(posterior, widths, i);
+    const double mean = posterior.mean[i] + freed.share * freed.pulled / freed.kept * freed.Vu[i],
+                 variance = posterior.covariance(i, i) + freed.share / freed.kept * freed.Vu[i] * freed.Vu[i];
+    const double side = widths.side[i] * mean / std::sqrt(variance);
     const double share = widths.side[i] == 0.0 ? 1.0 : std::erfc(-side / std::sqrt(2.0));
-    const double exponent = 0.5 * freed * u_m * u_m / kept;
-    odds[i] = share * kPolicy.fit.slab_odds / n / std::sqrt(grown * kept) *
+    const double exponent = 0.5 * freed.share * freed.pulled * freed.pulled / freed.kept;
+    odds[i] = share * kPolicy.fit.slab_odds / n / std::sqrt(freed.grown * freed.kept) *
               std::exp(std::min(exponent, kPolicy.fit.most_slab_nats));
   }
   return odds;
@@ -50,14 +70,14 @@ struct Slabs {
 
 // Sets of one, of two beside the likeliest of these, and so on as long as one more is likelier off than not: what else
 // there is of that size is less probable.
-Slabs slabs_of(const Evidence& evidence, const Eigen::VectorXd& theta, PriorWidths widths) {
-  Slabs result{0.0, Eigen::VectorXd::Zero(theta.size())};
+Slabs slabs_of(Posterior posterior, PriorWidths widths) {
+  Slabs result{0.0, Eigen::VectorXd::Zero(posterior.mean.size())};
   const auto n = static_cast<double>((widths.slab.array() > 0.0).count());
   if (n == 0.0) return result;
   std::vector<Eigen::Index> set;
   double sum = 1.0;  // of all weights so far, that of the set being 1
   for (;;) {
-    const Eigen::VectorXd odds = odds_of_slabs(evidence, theta, widths, n);
+    const Eigen::VectorXd odds = odds_of_slabs(posterior, widths, n);
     sum += odds.sum();
     result.off += odds;
     for (const Eigen::Index i : set) result.off[i] += odds.sum();
@@ -67,6 +87,7 @@ Slabs slabs_of(const Evidence& evidence, const Eigen::VectorXd& theta, PriorWidt
     sum /= likeliest;
     result.off /= likeliest;
     result.log_weight += std::log(likeliest);
+    Freed(posterior, widths, next).take(posterior);
     widths.prior.widen(next, widths.slab[next]);
     widths.slab[next] = 0.0;
     set.push_back(next);
@@ -125,12 +146,45 @@ std::vector<PriorWidths> with_coordinates(std::vector<PriorWidths> widths, Eigen
 
 FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& theta,
                            const std::vector<PriorWidths>& widths) {
-  FileEvidence result{-std::numeric_limits<double>::infinity(), widths.front(), Eigen::VectorXd::Zero(theta.size())};
+  return FileEvidenceBeside(evidence.F, theta, widths).with(evidence.log_likelihood, evidence.b, {});
+}
+
+FileEvidenceBeside::FileEvidenceBeside(const Eigen::MatrixXd& F, Eigen::VectorXd theta, std::vector<PriorWidths> widths)
+    : theta_(std::move(theta)), widths_(std::move(widths)) {
+  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(theta_.size(), theta_.size());
+  for (const PriorWidths& one : widths_) {
+    const Eigen::LLT<Eigen::MatrixXd> factors(F + one.prior.precision());
+    alone_.push_back({factors.solve(unit), -2.0 * factors.matrixLLT().diagonal().array().log().sum()});
+  }
+}
+
+FileEvidence FileEvidenceBeside::with(double log_likelihood, const Eigen::VectorXd& score,
+                                      const MoreCoordinates& more) const {
+  FileEvidence result{-std::numeric_limits<double>::infinity(), widths_.front(), Eigen::VectorXd::Zero(theta_.size())};
   double most = -std::numeric_limits<double>::infinity(), sum = 0.0;
   Eigen::VectorXd off_now;
-  for (const PriorWidths& one : widths) {
-    const Slabs slabs = slabs_of(evidence, theta, one);
-    const double here = one.log_weight + marginal(evidence, theta, one.prior) + slabs.log_weight;
+  for (std::size_t i = 0; i < widths_.size(); ++i) {
+    const PriorWidths& one = widths_[i];
+    const Eigen::VectorXd slope = score - one.prior.pull(theta_);
+    Eigen::VectorXd step = alone_[i].covariance * slope;
+    double log_marginal =
+        log_likelihood + one.prior.log_density(theta_) + 0.5 * (slope.dot(step) + alone_[i].log_determinant);
+    const bool has_slabs = (one.slab.array() > 0.0).any();
+    Posterior posterior;
+    if (has_slabs) posterior.covariance = alone_[i].covariance;
+    if (more.z.size() > 0) {  // the inverse by blocks (Schur)
+      const Eigen::MatrixXd W = alone_[i].covariance * more.with_theta;
+      const Eigen::LLT<Eigen::MatrixXd> own(Eigen::MatrixXd(
+          more.own + Eigen::MatrixXd::Identity(more.z.size(), more.z.size()) - more.with_theta.transpose() * W));
+      const Eigen::VectorXd left = more.score - more.z - more.with_theta.transpose() * step, dz = own.solve(left);
+      log_marginal += 0.5 * (left.dot(dz) - more.z.squaredNorm()) - own.matrixLLT().diagonal().array().log().sum();
+      step -= W * dz;
+      if (has_slabs) posterior.covariance += W * own.solve(W.transpose());
+    }
+    posterior.mean = theta_ + step;
+    const Slabs slabs =
+        has_slabs ? slabs_of(std::move(posterior), one) : Slabs{0.0, Eigen::VectorXd::Zero(theta_.size())};
+    const double here = one.log_weight + log_marginal + slabs.log_weight;
     if (!std::isfinite(here)) continue;
     if (here > most) {
       const double less = std::exp(most - here);

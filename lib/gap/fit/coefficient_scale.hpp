@@ -38,4 +38,31 @@ struct FileEvidence {
 FileEvidence file_evidence(const Evidence& evidence, const Eigen::VectorXd& theta,
                            const std::vector<PriorWidths>& widths);
 
+/// What recordings say of standard normal coordinates beside theta.
+struct MoreCoordinates {
+  Eigen::VectorXd z;           ///< where they are
+  Eigen::VectorXd score;       ///< slope of the log-likelihood there
+  Eigen::MatrixXd with_theta;  ///< its curvature, theta by them
+  Eigen::MatrixXd own;         ///< the same among them
+};
+
+/// file_evidence() of theta with many sets of coordinates beside it: what does not depend on them is solved once.
+class FileEvidenceBeside {
+ public:
+  ///   F  curvature of the log-likelihood by theta
+  FileEvidenceBeside(const Eigen::MatrixXd& F, Eigen::VectorXd theta, std::vector<PriorWidths> widths);
+  ///   score  slope of the log-likelihood by theta
+  /// `likeliest` and `off` are those of theta.
+  FileEvidence with(double log_likelihood, const Eigen::VectorXd& score, const MoreCoordinates& more) const;
+
+ private:
+  struct Alone {
+    Eigen::MatrixXd covariance;
+    double log_determinant;
+  };
+  Eigen::VectorXd theta_;
+  std::vector<PriorWidths> widths_;
+  std::vector<Alone> alone_;  // of theta without others, for each of the widths
+};
+
 }  // namespace leeway::gap

@@ -207,8 +207,7 @@ std::optional<Prospect> prospect(const MenuItem& item, const std::vector<Survivo
       const Campaign recorded = prepare(site.ship, std::move(seen), {site.step_s, 0.0});
       const std::vector<LinearStretch> along = along_runs(recorded, runs);
       std::vector<Evidence>& evidences = result.evidences.emplace_back();
-      for (const Survivor& hypothesis : survivors)
-        evidences.push_back(seen_by(hypothesis, recorded, along));
+      for (const Survivor& hypothesis : survivors) evidences.push_back(seen_by(hypothesis, recorded, along));
     }
     return result;
   } catch (const UsageError&) {  // the ship cannot do this

@@ -65,6 +65,35 @@ TEST_CASE("common scale: the evidence is that of all scales and of all that may 
   CHECK(gap::file_evidence(evidence, theta, widths).log_evidence == Approx(std::log(sum)).epsilon(1e-9));
 }
 
+TEST_CASE("common scale: coordinates beside theta make the evidence that they make within theta", "[gap]") {
+  const std::vector<gap::UncertainParameter> all = parameters(3, 0.1);
+  leeway::CoefficientLaw law;
+  law.covariance.resize(3, 3);
+  law.covariance << 0.010, 0.007, -0.002, 0.007, 0.010, 0.0, -0.002, 0.0, 0.010;
+  const std::vector<gap::PriorWidths> widths = gap::widths_by_scale(gap::ThetaPrior(law, all.back().sd), all, 0);
+  gap::Evidence within(6);  // three coefficients, two coordinates, the timing
+  Eigen::MatrixXd root(6, 6);
+  root << 9.0, 2.0, -1.0, 0.5, 1.0, 0.3, 0.0, 12.0, 3.0, 1.0, -2.0, 0.1, 0.0, 0.0, 14.0, -2.0, 0.5, 0.4, 0.0, 0.0, 0.0,
+      6.0, 2.5, -1.0, 0.0, 0.0, 0.0, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  within.F = root * root.transpose();
+  within.log_likelihood = -12.0;
+  const bool one_is_far_off = GENERATE(false, true);
+  const Eigen::VectorXd truth =
+      (Eigen::VectorXd(6) << 0.05, one_is_far_off ? -1.2 : -0.1, 0.02, 0.7, -0.4, 0.1).finished();
+  within.b = within.F * truth;
+  const Eigen::VectorXd theta = (Eigen::VectorXd(6) << 0.05, -0.02, 0.0, 0.3, -0.2, 0.1).finished();
+  const gap::FileEvidence expected = gap::file_evidence(within, theta, gap::with_coordinates(widths, 3, 2));
+
+  const std::vector<Eigen::Index> own{0, 1, 2, 5}, more{3, 4};
+  const gap::FileEvidence beside = gap::FileEvidenceBeside(within.F(own, own), theta(own), widths)
+                                       .with(within.log_likelihood, within.b(own),
+                                             {theta(more), within.b(more), within.F(own, more), within.F(more, more)});
+  CHECK(beside.log_evidence == Approx(expected.log_evidence).epsilon(1e-9));
+  CHECK(beside.likeliest.scale == expected.likeliest.scale);
+  for (Eigen::Index i = 0; i < 3; ++i) CHECK(beside.off[i] == Approx(expected.off[i]).epsilon(1e-6).margin(1e-12));
+  CHECK((expected.off.maxCoeff() > 0.5) == one_is_far_off);
+}
+
 TEST_CASE("common scale: a file that is wrong throughout is a worse file, one coefficient alone is off", "[gap]") {
   constexpr Eigen::Index kCoefficients = 20;
   const std::vector<gap::UncertainParameter> all = parameters(kCoefficients, 0.1);
