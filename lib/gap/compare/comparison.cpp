@@ -93,6 +93,7 @@ std::vector<Comparison::ExpectedGain> Comparison::expected_gains(std::size_t fro
   gains_of_nothing_[from] = screens.front().gains_of_nothing(kPolicy.compare.draws_of_nothing, options_.seed);
 
   std::vector<double> nothing_more;
+  nothing_more.reserve(screens.size());
   for (const EffectScreen& screen : screens) nothing_more.push_back(screen.log_evidence({}));
   std::vector<ExpectedGain> result;
   std::map<std::string, std::vector<std::size_t>> best_of;  // by effect: its candidates
