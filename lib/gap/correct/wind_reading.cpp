@@ -26,13 +26,17 @@ namespace {
 
 // The fit continued where the recordings are read otherwise: of the same measurements, with the same noise of the
 // sensors. A fit of its own may end at another optimum of the noise, or leave out other outliers, and be likelier
-// whatever the wind is.
-FittedNull continued(const Campaign& campaign, FittedNull fit, std::size_t jobs) {
+// whatever the wind is. Nothing where the simulator runs away.
+std::optional<FittedNull> continued(const Campaign& campaign, FittedNull fit, std::size_t jobs) {
   for (std::size_t s = 0; s < fit.stretches.size(); ++s)
     fit.stretches[s].data = std::make_shared<const Stretch>(campaign.stretches[s]);
   FitOptions options;
   options.jobs = jobs;
-  return fit_with(campaign, fit, {}, fit.theta, options);
+  try {
+    return fit_with(campaign, fit, {}, fit.theta, options);
+  } catch (const NumericalError&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -42,7 +46,7 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
   std::optional<Reading> result;
   Campaign best;
   FittedNull best_fit;
-  std::optional<double> as_stated;
+  std::optional<FittedNull> stated;
   double least = kPolicy.decide.far_likelier;
   for (const Reading& reading : conventions.tested) {
     const ReadingEntry* entry = find_reading(reading.channel, reading.name);
@@ -57,18 +61,14 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
     const RudderResponse response = rudder_response_of(campaign.ship);
     for (Stretch& stretch : otherwise.stretches)
       set_inputs(stretch, otherwise.recorded_inputs[stretch.recording].through(response), campaign.ship);
-    if (!as_stated) as_stated = log_evidence(continued(campaign, fit, options.jobs));
-    FittedNull fit_otherwise;
-    try {
-      fit_otherwise = continued(otherwise, fit, options.jobs);
-    } catch (const NumericalError&) {  // the simulator runs away
-      continue;
-    }
-    const double gained = log_evidence(fit_otherwise) - *as_stated;
+    if (!stated) stated = continued(campaign, fit, options.jobs);
+    std::optional<FittedNull> read_otherwise = continued(otherwise, fit, options.jobs);
+    if (!stated || !read_otherwise) continue;
+    const double gained = log_evidence(*read_otherwise) - log_evidence(*stated);
     if (!(gained > least)) continue;  // nor where it is not identifiable
     least = gained;
     best = std::move(otherwise);
-    best_fit = std::move(fit_otherwise);
+    best_fit = *std::move(read_otherwise);
     result = reading;
     result->log_odds = gained;
     result->sentence =
@@ -76,7 +76,7 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
   }
   if (!result) return result;
   const double limit = best_evidence(campaign, fit, options) + kPolicy.decide.far_likelier;
-  if (*as_stated + least < limit && best_evidence(best, best_fit, options) < limit) result.reset();
+  if (log_evidence(*stated) + least < limit && best_evidence(best, best_fit, options) < limit) result.reset();
   return result;
 }
 

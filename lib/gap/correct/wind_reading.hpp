@@ -12,7 +12,7 @@ namespace leeway::gap {
 double best_evidence(const Campaign& campaign, const FittedNull& fit, const GapLocateOptions& options);
 
 /// A wind that is weak against the ship's forces is not identified over short times, but by the fit: the reading under
-/// which all is far likelier, with coefficients and noise levels fitted to it. Waves that come against the wind look
+/// which all is far likelier, with coefficients and model error fitted to it. Waves that come against the wind look
 /// like one: it has to be likelier also where one effect may be missing.
 ///   fit  of the campaign as stated, where the fits of other readings begin
 std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& fit, const Conventions& conventions,

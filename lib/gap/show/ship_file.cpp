@@ -71,7 +71,8 @@ class FileJudge {
     const std::optional<Fitted> stated = fitted_alone(of_, {});
     if (!stated) return;
     std::tie(file.heldout_gain, file.heldout_gain_sd) = of_.comparison.gain(of_.answer, *stated);
-    std::vector<Tried> alone = tried_beside({}, names_, *stated);
+    Tried with{{}, *stated, left_out(*stated)};
+    std::vector<Tried> alone = tried_beside({}, names_, with);
     std::ranges::stable_sort(alone, std::greater(), [](const Tried& one) { return one.module.gain; });
     std::vector<std::string> followed;  // those with which the simulator does not run away
     for (const Tried& one : alone) {
@@ -80,22 +81,21 @@ class FileJudge {
     }
     if (keeps_course_) return;
     Modules off;
-    Fitted with = *stated;
     for (std::vector<Tried> now = std::move(alone);;) {
       std::erase_if(now, [&](const Tried& one) {
         return !is_off(one.module, file.modules.size(), of_.options.locate.false_alarm);
       });
       if (now.empty()) break;
-      Tried& best = *std::ranges::max_element(now, {}, [](const Tried& one) { return one.module.gain; });
-      off.push_back(best.module.name);
-      file.off.push_back(best.module);
-      with = std::move(best.fitted);
-      std::erase(followed, off.back());
+      with = std::move(*std::ranges::max_element(now, {}, [](const Tried& one) { return one.module.gain; }));
+      off.push_back(with.module.name);
+      file.off.push_back(with.module);
+      std::erase(followed, with.module.name);
       now = tried_beside(off, followed, with);
     }
     for (CalibratedModule& module : file.off)
-      module.changes = module_changes(of_.ship, module.name, with.fit.parameters, coefficients(with.fit.theta),
-                                      coefficients(posterior_covariance(with.fit)), usual_);
+      module.changes =
+          module_changes(of_.ship, module.name, with.fitted.fit.parameters, coefficients(with.fitted.fit.theta),
+                         coefficients(posterior_covariance(with.fitted.fit)), usual_);
   }
 
   //   included  the probability that each is off by far more than stated, by its name there
@@ -136,23 +136,24 @@ class FileJudge {
   struct Tried {
     CalibratedModule module;  // the last of those that are free
     Fitted fitted;
+    std::vector<ShipOnRuns> left_out;  // fitted to all other parts, for free runs of each
   };
   // Each of some modules free beside others, against a fit with those others alone; without those with which the
   // simulator runs away.
-  std::vector<Tried> tried_beside(const Modules& others, const Modules& names, const Fitted& than) const {
-    const std::vector<ShipOnRuns> before = left_out(than);
+  std::vector<Tried> tried_beside(const Modules& others, const Modules& names, const Tried& than) const {
     std::vector<Tried> result;
     for (const std::string& name : names) {
       Modules free = others;
       free.push_back(name);
       std::optional<Fitted> fitted = fitted_alone(of_, free);
       if (!fitted) continue;
-      CalibratedModule module;
-      module.name = name;
-      std::tie(module.gain, module.gain_sd) = of_.comparison.gain(*fitted, than);
-      module.helps_free_runs =
-          is_beyond_chance(of_.campaign, of_.null.smoothed, before, left_out(*fitted), of_.options.locate.jobs);
-      result.push_back({std::move(module), *std::move(fitted)});
+      Tried one{{}, *std::move(fitted), {}};
+      one.left_out = left_out(one.fitted);
+      one.module.name = name;
+      std::tie(one.module.gain, one.module.gain_sd) = of_.comparison.gain(one.fitted, than.fitted);
+      one.module.helps_free_runs =
+          is_beyond_chance(of_.campaign, of_.null.smoothed, than.left_out, one.left_out, of_.options.locate.jobs);
+      result.push_back(std::move(one));
     }
     return result;
   }

@@ -78,6 +78,7 @@ TEST_CASE("screen: what an effect would gain hardly depends on whether whole ste
   const gap::EffectLibrary library(campaign, fit);
   for (const gap::EffectLibrary::Entry& entry : library.entries()) effects.push_back(entry.name);
   std::size_t gaining = 0;
+  bool differ = false;
   for (const std::string& effect : effects) {
     std::vector<gap::Candidate> candidates;
     if (effect_named(effect).info.bound_to != BoundTo::place) {
@@ -92,12 +93,15 @@ TEST_CASE("screen: what an effect would gain hardly depends on whether whole ste
     }
     const std::vector<double> by_steps = gains_of(candidates, campaign, fit, true),
                               by_push = gains_of(candidates, campaign, fit, false);
+    differ |= by_push != by_steps;
+    if (effect == "mooring") CHECK(*std::ranges::max_element(by_push) > 3.0);
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       CAPTURE(name, effect, c, by_steps[c], by_push[c]);
       CHECK(by_push[c] == Approx(by_steps[c]).margin(1.0).epsilon(0.2));
       gaining += by_steps[c] > 3.0 ? 1 : 0;
     }
   }
+  CHECK(differ);
   CHECK(gaining > 3);
 }
 
