@@ -11,7 +11,7 @@ namespace leeway::gap {
 namespace {
 
 // theta as the recordings leave it: Gaussian.
-struct Posterior {
+struct ThetaPosterior {
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;
 };
@@ -23,7 +23,7 @@ struct Freed {
   double share, pulled;  // added/grown, u'm
   Eigen::VectorXd Vu;
 
-  Freed(const Posterior& posterior, const PriorWidths& widths, Eigen::Index i)
+  Freed(const ThetaPosterior& posterior, const PriorWidths& widths, Eigen::Index i)
       : Vu(Eigen::VectorXd::Zero(posterior.mean.size())) {
     const Eigen::MatrixXd& P = widths.prior.precision();
     const double narrow = widths.prior.sd()[i], wide = widths.slab[i], added = wide * wide - narrow * narrow;
@@ -40,14 +40,14 @@ struct Freed {
     kept = 1.0 - share * u_V_u;
   }
 
-  void take(Posterior& posterior) const {
+  void take(ThetaPosterior& posterior) const {
     posterior.mean += share * pulled / kept * Vu;
     posterior.covariance += share / kept * Vu * Vu.transpose();
   }
 };
 
 // Odds, prior times Bayes factor, of each of n coefficients being off by far more against not.
-Eigen::VectorXd odds_of_slabs(const Posterior& posterior, const PriorWidths& widths, double n) {
+Eigen::VectorXd odds_of_slabs(const ThetaPosterior& posterior, const PriorWidths& widths, double n) {
   Eigen::VectorXd odds = Eigen::VectorXd::Zero(posterior.mean.size());
   for (Eigen::Index i = 0; i < odds.size(); ++i) {
     if (!(widths.slab[i] > widths.prior.sd()[i])) continue;
@@ -70,7 +70,7 @@ struct Slabs {
 
 // Sets of one, of two beside the likeliest of these, and so on as long as one more is likelier off than not: what else
 // there is of that size is less probable.
-Slabs slabs_of(Posterior posterior, PriorWidths widths) {
+Slabs slabs_of(ThetaPosterior posterior, PriorWidths widths) {
   Slabs result{0.0, Eigen::VectorXd::Zero(posterior.mean.size())};
   const auto n = static_cast<double>((widths.slab.array() > 0.0).count());
   if (n == 0.0) return result;
@@ -170,7 +170,7 @@ FileEvidence FileEvidenceBeside::with(double log_likelihood, const Eigen::Vector
     double log_marginal =
         log_likelihood + one.prior.log_density(theta_) + 0.5 * (slope.dot(step) + alone_[i].log_determinant);
     const bool has_slabs = (one.slab.array() > 0.0).any();
-    Posterior posterior;
+    ThetaPosterior posterior;
     if (has_slabs) posterior.covariance = alone_[i].covariance;
     if (more.z.size() > 0) {  // the inverse by blocks (Schur)
       const Eigen::MatrixXd W = alone_[i].covariance * more.with_theta;
