@@ -24,6 +24,11 @@ double in_circle_deg(double angle_deg) {
   return turned < 0.0 ? turned + 360.0 : turned;
 }
 
+// Angles about another, so that 359 and 1 deg are neighbors.
+void turn_near(double angle_deg, std::vector<double>& angles_deg) {
+  for (double& angle : angles_deg) angle = angle_deg + std::remainder(angle - angle_deg, 360.0);
+}
+
 // A value of a normal or log-normal prior from its median, in its sd.
 double standard(const Prior& prior, double value) {
   return (prior.kind == Prior::Kind::log_normal ? std::log(value / prior.median) : value - prior.median) / prior.sd;
@@ -205,24 +210,50 @@ EffectEntry FreeEffect::entry(const Eigen::Ref<const Eigen::VectorXd>& z) const 
   return result;
 }
 
+// As a straight step from z leads, in its unit or its logarithm.
+double FreeEffect::value_beside(const Coordinate& c, double z, double step) const {
+  if (is_direction(c.prior)) return value_of(c, z + step);
+  const bool is_log = c.prior.kind == Prior::Kind::log_normal;
+  const auto scale = [&](double at) { return is_log ? std::log(value_of(c, at)) : value_of(c, at); };
+  const double h = kPolicy.fit.difference;
+  const double there = scale(z) + step * (scale(z + h) - scale(z - h)) / (2.0 * h);
+  return std::clamp(is_log ? std::exp(there) : there, c.prior.low, c.prior.high);
+}
+
+template <class ValuesAt>
+std::vector<std::vector<double>> FreeEffect::draws(Eigen::Index size, const ValuesAt& values_at) const {
+  RandomStream random(1, "effect parameters");
+  std::vector<std::vector<double>> draws(parameters_.size());
+  for (std::vector<double>& of : draws) of.reserve(kPolicy.fit.posterior_draws);
+  Eigen::VectorXd standard(size);
+  for (std::size_t d = 0; d < kPolicy.fit.posterior_draws; ++d) {
+    for (Eigen::Index i = 0; i < size; ++i) standard[i] = random.normal();
+    const std::vector<double> drawn = values_at(standard);
+    for (std::size_t i = 0; i < drawn.size(); ++i) draws[i].push_back(drawn[i]);
+  }
+  return draws;
+}
+
+std::vector<std::size_t> FreeEffect::free() const {
+  std::vector<std::size_t> result;
+  for (const Coordinate& c : coordinates_) {
+    result.push_back(c.parameter);
+    if (c.is_vector()) result.push_back(*direction_);
+  }
+  return result;
+}
+
 std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd& mean,
                                                           const Eigen::MatrixXd& covariance) const {
   // Quantiles of draws: a speed and a direction do not go straight with z.
   const Eigen::MatrixXd root = covariance.llt().matrixL();
-  RandomStream random(1, "effect parameters");
-  std::vector<std::vector<double>> draws(parameters_.size());
-  Eigen::VectorXd standard(mean.size());
-  for (std::size_t d = 0; d < kPolicy.fit.posterior_draws; ++d) {
-    for (Eigen::Index i = 0; i < standard.size(); ++i) standard[i] = random.normal();
-    const std::vector<double> drawn = values(mean + root * standard);
-    for (std::size_t i = 0; i < drawn.size(); ++i) draws[i].push_back(drawn[i]);
-  }
+  std::vector<std::vector<double>> drawn =
+      draws(mean.size(), [&](const Eigen::VectorXd& standard) { return values(mean + root * standard); });
   const std::vector<double> best = values(mean);
   std::vector<Parameter> result;
   const auto add = [&](std::size_t i, const Prior& prior) {
-    std::vector<double>& x = draws[i];
-    if (direction_ == i)  // about the best, so that 359 and 1 deg are neighbors
-      for (double& angle : x) angle = best[i] + std::remainder(angle - best[i], 360.0);
+    std::vector<double>& x = drawn[i];
+    if (direction_ == i) turn_near(best[i], x);
     std::sort(x.begin(), x.end());
     double square = 0.0;
     for (const double value : x) square += (value - best[i]) * (value - best[i]);
@@ -235,6 +266,30 @@ std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd&
   for (const Coordinate& c : coordinates_) {
     add(c.parameter, c.prior);
     if (c.is_vector()) add(*direction_, kAnyDirection);
+  }
+  return result;
+}
+
+std::vector<FreeEffect::Interval> FreeEffect::intervals(const Eigen::VectorXd& best, const Eigen::VectorXd& step,
+                                                        const Eigen::MatrixXd& covariance) const {
+  const Eigen::MatrixXd root = covariance.llt().matrixL();
+  std::vector<std::vector<double>> drawn = draws(best.size(), [&](const Eigen::VectorXd& standard) {
+    const Eigen::VectorXd beside = step + root * standard;
+    std::vector<double> result = values(best + beside);
+    Eigen::Index at = 0;
+    for (const Coordinate& c : coordinates_) {
+      if (!c.is_vector()) result[c.parameter] = value_beside(c, best[at], beside[at]);
+      at += c.is_vector() ? 2 : 1;
+    }
+    return result;
+  });
+  const std::vector<double> estimate = values(best);
+  std::vector<Interval> result;
+  for (const std::size_t i : free()) {
+    if (direction_ == i) turn_near(estimate[i], drawn[i]);
+    std::sort(drawn[i].begin(), drawn[i].end());
+    result.push_back({std::min(estimate[i], quantile(drawn[i], kPolicy.show.tail95)),
+                      std::max(estimate[i], quantile(drawn[i], 1.0 - kPolicy.show.tail95))});
   }
   return result;
 }

@@ -77,6 +77,14 @@ class FreeEffect {
     bool is_at_bound = false;  ///< of its prior, within its sd; 0, where nothing acts, is none
   };
   std::vector<Parameter> parameters(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const;
+  /// 95 % interval of each of these as the recordings alone say, whatever was believed before, and its estimate, from
+  /// z ~ N(best + step, covariance): a parameter is as far from where it is at `best` as a straight step leads, in its
+  /// unit or, log-normal, its logarithm, which likelihoods are closer to normal in than in z; at most to its bounds.
+  struct Interval {
+    double low = 0.0, high = 0.0;
+  };
+  std::vector<Interval> intervals(const Eigen::VectorXd& best, const Eigen::VectorXd& step,
+                                  const Eigen::MatrixXd& covariance) const;
   /// Standard deviation of strengths and directions in z by the error of the effect's formula; places have none.
   Eigen::VectorXd sd_of_formula(const Eigen::VectorXd& z) const;
 
@@ -87,6 +95,12 @@ class FreeEffect {
     bool is_vector() const { return prior.kind == Prior::Kind::rayleigh; }
   };
   double value_of(const Coordinate& coordinate, double z) const;
+  double value_beside(const Coordinate& coordinate, double z, double step) const;
+  /// Draws of all parameters: values_at(a standard normal vector of `size` numbers).
+  template <class ValuesAt>
+  std::vector<std::vector<double>> draws(Eigen::Index size, const ValuesAt& values_at) const;
+  /// Places of the parameters that are free.
+  std::vector<std::size_t> free() const;
   std::size_t place_of(std::string_view parameter) const;
 
   std::string name_;

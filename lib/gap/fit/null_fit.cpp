@@ -326,4 +326,16 @@ Coordinates coordinates_of(const FittedNull& fit) {
   return {fit.theta.segment(first, effects), posterior_covariance(fit).block(first, first, effects, effects)};
 }
 
+// Before any recording was seen each is standard normal, by itself: the posterior's precision less 1.
+Coordinates without_prior(const Coordinates& z) {
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(z.mean.size(), z.mean.size());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> recorded(
+      Eigen::MatrixXd(Eigen::LLT<Eigen::MatrixXd>(z.covariance).solve(one)) - one);
+  const double least = 1.0 / (kPolicy.fit.farthest * kPolicy.fit.farthest);
+  const Eigen::VectorXd variance = recorded.eigenvalues().cwiseMax(least).cwiseInverse();
+  const Eigen::MatrixXd covariance =
+      recorded.eigenvectors() * variance.asDiagonal() * recorded.eigenvectors().transpose();
+  return {z.mean + covariance * z.mean, covariance};
+}
+
 }  // namespace leeway::gap

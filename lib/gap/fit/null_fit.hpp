@@ -68,5 +68,9 @@ struct Coordinates {
   Eigen::MatrixXd covariance;
 };
 Coordinates coordinates_of(const FittedNull& fit);
+/// The same as the recordings alone say, whatever was believed before: an interval has to hold the true strength
+/// however strong it is, not in the mean over those that were expected. What was not measured goes no farther than fits
+/// do.
+Coordinates without_prior(const Coordinates& z);
 
 }  // namespace leeway::gap

@@ -32,6 +32,17 @@ double timing_sd_s(const Campaign& campaign) {
   return kPolicy.filter.actuator_timing_sd * kPolicy.filter.timing_share * sample_s;
 }
 
+// Coordinates of one effect, with what was believed before and as the recordings alone say.
+struct Known {
+  Coordinates best, recorded;
+
+  /// The same of linear combinations.
+  Known of(const Eigen::MatrixXd& by) const {
+    return {{by * best.mean, by * best.covariance * by.transpose()},
+            {by * recorded.mean, by * recorded.covariance * by.transpose()}};
+  }
+};
+
 // Parameters of effects of one name, as a fit has them.
 class ParametersOf {
  public:
@@ -41,44 +52,45 @@ class ParametersOf {
   void add(const EffectSpan& span) const {
     const FreeEffect& effect = fitted_.hypothesis.effects[span.effect];
     const Eigen::VectorXd mean = z_.mean.segment(span.first, span.count);
-    const Eigen::MatrixXd covariance =
-        fitted_.kappa * z_.covariance.block(span.first, span.first, span.count, span.count);
-    if (search_start(effect.name()) == SearchStart::course) return add_process(span, mean, covariance);
+    const Eigen::MatrixXd covariance = z_.covariance.block(span.first, span.first, span.count, span.count);
+    if (search_start(effect.name()) == SearchStart::course) return add_process(span, mean, fitted_.kappa * covariance);
+    Known z{{mean, covariance}, without_prior({mean, covariance})};
+    z.best.covariance *= fitted_.kappa;
+    z.recorded.covariance *= fitted_.kappa;
     if (span.effects == 1)
-      return add(effect, effect.recording() ? campaign_.recordings[*effect.recording()].name : "", mean, covariance);
+      return add(effect, effect.recording() ? campaign_.recordings[*effect.recording()].name : "", z);
     const Eigen::Index n = effect.size();
     const auto times = static_cast<Eigen::Index>(span.effects);
-    const Eigen::MatrixXd average =
-        Eigen::MatrixXd::Identity(n, n).replicate(1, times) / static_cast<double>(span.effects);
-    add_values(effect, "", average * mean, average * covariance * average.transpose());
+    const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
+    add_values(effect, "", z.of(one.replicate(1, times) / static_cast<double>(span.effects)));
     for (Eigen::Index i = 0; i < times; ++i) {
       const FreeEffect& there = fitted_.hypothesis.effects[span.effect + static_cast<std::size_t>(i)];
-      add(there, campaign_.recordings[*there.recording()].name, mean.segment(i * n, n),
-          covariance.block(i * n, i * n, n, n));
+      Eigen::MatrixXd of_one = Eigen::MatrixXd::Zero(n, n * times);
+      of_one.middleCols(i * n, n) = one;
+      add(there, campaign_.recordings[*there.recording()].name, z.of(of_one));
     }
   }
 
  private:
-  void add(const FreeEffect& effect, const std::string& recording, const Eigen::VectorXd& at,
-           const Eigen::MatrixXd& spread) const {
-    add_values(effect, recording, at, spread);
-    add_times(effect, recording, at);
+  void add(const FreeEffect& effect, const std::string& recording, const Known& z) const {
+    add_values(effect, recording, z);
+    add_times(effect, recording, z.best.mean);
   }
 
-  void add_values(const FreeEffect& effect, const std::string& recording, const Eigen::VectorXd& at,
-                  const Eigen::MatrixXd& spread) const {
+  void add_values(const FreeEffect& effect, const std::string& recording, const Known& z) const {
     // What was believed before any recording was seen.
     const Eigen::Index n = effect.size();
     const std::vector<FreeEffect::Parameter> before =
         effect.parameters(Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Identity(n, n));
-    const Eigen::MatrixXd of_formula = effect.sd_of_formula(at).cwiseAbs2().asDiagonal();
-    const std::vector<FreeEffect::Parameter> after = effect.parameters(at, spread + of_formula);
-    const std::vector<FreeEffect::Parameter> tails = effect.parameters(at, kTails * kTails * (spread + of_formula));
+    const Eigen::MatrixXd of_formula = effect.sd_of_formula(z.best.mean).cwiseAbs2().asDiagonal();
+    const std::vector<FreeEffect::Parameter> after = effect.parameters(z.best.mean, z.best.covariance + of_formula);
+    const std::vector<FreeEffect::Interval> recorded = effect.intervals(
+        z.best.mean, z.recorded.mean - z.best.mean, kTails * kTails * (z.recorded.covariance + of_formula));
     const std::span<const EffectParameter> known = effect_named(effect.name()).parameters;
     for (std::size_t i = 0; i < after.size(); ++i) {
       const FreeEffect::Parameter& p = after[i];
-      ExplainedParameter one{effect.name(), p.name,        recording,     p.estimate,    p.sd,
-                             tails[i].low,  tails[i].high, before[i].low, before[i].high};
+      ExplainedParameter one{effect.name(),   p.name,           recording,     p.estimate,    p.sd,
+                             recorded[i].low, recorded[i].high, before[i].low, before[i].high};
       one.is_at_bound = p.is_at_bound;
       const bool is_response_time = std::any_of(known.begin(), known.end(), [&](const EffectParameter& of) {
         return of.name == p.name && of.role == ParameterRole::response_time;

@@ -145,6 +145,36 @@ TEST_CASE("hypothesis: intervals of a speed and its direction", "[gap]") {
   CHECK(parameters[1].high == Approx(1.96 * 0.1 / kDegree).epsilon(0.06));
 }
 
+TEST_CASE("hypothesis: an interval says what the recordings do, whatever was believed before", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const gap::FreeEffect offset("rudder-offset", ship);  // z: deg, standard normal before
+  const double recorded = -5.5, variance = 0.25, believed = 1.0;
+  const double after = 1.0 / (1.0 / variance + believed);
+  const gap::Coordinates posterior{at({after * recorded / variance}), after * Eigen::MatrixXd::Identity(1, 1)};
+  const gap::Coordinates alone = gap::without_prior(posterior);
+  CHECK(alone.mean[0] == Approx(recorded));
+  CHECK(alone.covariance(0, 0) == Approx(variance));
+  const auto interval = offset.intervals(posterior.mean, alone.mean - posterior.mean, alone.covariance).front();
+  CHECK(interval.low == -6.0);                                    // the catalogue's bound, not the normal's -6.5
+  CHECK(interval.high == offset.values(posterior.mean).front());  // the estimate belongs to it
+  CHECK(offset.parameters(posterior.mean, posterior.covariance).front().low > recorded);
+  // What was not measured is anything.
+  const gap::Coordinates nothing = gap::without_prior({at({0.0}), Eigen::MatrixXd::Identity(1, 1)});
+  CHECK(std::sqrt(nothing.covariance(0, 0)) == Approx(gap::kPolicy.fit.farthest));
+}
+
+TEST_CASE("hypothesis: an interval of a vector goes on about its direction", "[gap]") {
+  const gap::FreeEffect current("steady-current", read_ship("esso-osaka-3m"));
+  const Eigen::VectorXd best = at({1.0, 0.0});
+  const auto plain = current.parameters(best, 0.01 * Eigen::MatrixXd::Identity(2, 2));
+  const auto same = current.intervals(best, at({0.0, 0.0}), 0.01 * Eigen::MatrixXd::Identity(2, 2));
+  REQUIRE(same.size() == plain.size());
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    CHECK(same[i].low == Approx(plain[i].low));
+    CHECK(same[i].high == Approx(plain[i].high));
+  }
+}
+
 TEST_CASE("hypothesis: a formula that is a tenth off moves strengths and directions by as much", "[gap]") {
   const Ship ship = read_ship("esso-osaka-3m");
   const gap::FreeEffect waves("wave-drift", ship);  // (hs, wave_from)
