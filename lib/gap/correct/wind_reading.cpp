@@ -62,8 +62,9 @@ std::optional<Reading> wind_reading(const Campaign& campaign, const FittedNull& 
     for (Stretch& stretch : otherwise.stretches)
       set_inputs(stretch, otherwise.recorded_inputs[stretch.recording].through(response), campaign.ship);
     if (!stated) stated = continued(campaign, fit, options.jobs);
+    if (!stated) return std::nullopt;
     std::optional<FittedNull> read_otherwise = continued(otherwise, fit, options.jobs);
-    if (!stated || !read_otherwise) continue;
+    if (!read_otherwise) continue;
     const double gained = log_evidence(*read_otherwise) - log_evidence(*stated);
     if (!(gained > least)) continue;  // nor where it is not identifiable
     least = gained;

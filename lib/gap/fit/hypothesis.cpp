@@ -234,15 +234,6 @@ std::vector<std::vector<double>> FreeEffect::draws(Eigen::Index size, const Valu
   return draws;
 }
 
-std::vector<std::size_t> FreeEffect::free() const {
-  std::vector<std::size_t> result;
-  for (const Coordinate& c : coordinates_) {
-    result.push_back(c.parameter);
-    if (c.is_vector()) result.push_back(*direction_);
-  }
-  return result;
-}
-
 std::vector<FreeEffect::Parameter> FreeEffect::parameters(const Eigen::VectorXd& mean,
                                                           const Eigen::MatrixXd& covariance) const {
   // Quantiles of draws: a speed and a direction do not go straight with z.
@@ -285,11 +276,16 @@ std::vector<FreeEffect::Interval> FreeEffect::intervals(const Eigen::VectorXd& b
   });
   const std::vector<double> estimate = values(best);
   std::vector<Interval> result;
-  for (const std::size_t i : free()) {
-    if (direction_ == i) turn_near(estimate[i], drawn[i]);
-    std::sort(drawn[i].begin(), drawn[i].end());
-    result.push_back({std::min(estimate[i], quantile(drawn[i], kPolicy.show.tail95)),
-                      std::max(estimate[i], quantile(drawn[i], 1.0 - kPolicy.show.tail95))});
+  const auto add = [&](std::size_t i) {
+    std::vector<double>& x = drawn[i];
+    if (direction_ == i) turn_near(estimate[i], x);
+    std::sort(x.begin(), x.end());
+    result.push_back({std::min(estimate[i], quantile(x, kPolicy.show.tail95)),
+                      std::max(estimate[i], quantile(x, 1.0 - kPolicy.show.tail95))});
+  };
+  for (const Coordinate& c : coordinates_) {
+    add(c.parameter);
+    if (c.is_vector()) add(*direction_);
   }
   return result;
 }

@@ -99,8 +99,6 @@ class FreeEffect {
   /// Draws of all parameters: values_at(a standard normal vector of `size` numbers).
   template <class ValuesAt>
   std::vector<std::vector<double>> draws(Eigen::Index size, const ValuesAt& values_at) const;
-  /// Places of the parameters that are free.
-  std::vector<std::size_t> free() const;
   std::size_t place_of(std::string_view parameter) const;
 
   std::string name_;

@@ -61,13 +61,11 @@ class ParametersOf {
       return add(effect, effect.recording() ? campaign_.recordings[*effect.recording()].name : "", z);
     const Eigen::Index n = effect.size();
     const auto times = static_cast<Eigen::Index>(span.effects);
-    const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
-    add_values(effect, "", z.of(one.replicate(1, times) / static_cast<double>(span.effects)));
+    add_values(effect, "", z.of(Eigen::MatrixXd::Identity(n, n).replicate(1, times) / static_cast<double>(times)));
     for (Eigen::Index i = 0; i < times; ++i) {
       const FreeEffect& there = fitted_.hypothesis.effects[span.effect + static_cast<std::size_t>(i)];
-      Eigen::MatrixXd of_one = Eigen::MatrixXd::Zero(n, n * times);
-      of_one.middleCols(i * n, n) = one;
-      add(there, campaign_.recordings[*there.recording()].name, z.of(of_one));
+      const Eigen::MatrixXd its_own = Eigen::MatrixXd::Identity(span.count, span.count).middleRows(i * n, n);
+      add(there, campaign_.recordings[*there.recording()].name, z.of(its_own));
     }
   }
 
