@@ -90,5 +90,5 @@ const priorBars = (part, rows) => {
                  color: COLOR.sway,
                  tip: `${estimate(p)}, 95 % ${between(p.ci95)}; before ${betweenShort(p.prior95)}`,
                })),
-      {axis: '95 % interval, within that of what was believed before (0 to 1)', markValues: [0, 1], min: 0, max: 1});
+      {axis: '95 % interval against that of what was believed before (0 to 1), drawn from -0.5 to 1.5', markValues: [0, 1], min: 0, max: 1});
 };
