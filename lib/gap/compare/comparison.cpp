@@ -38,6 +38,25 @@ std::optional<Start> at_neutral(const Fitted& from, const Start& added) {
   return start;
 }
 
+// Whether an effect is nothing at no finite strength, as little water under the keel.
+bool is_never_nothing(const FreeEffect& effect) {
+  return bound_to(effect.name()) == BoundTo::nothing && !effect.neutral() && effect.log_strengths().empty();
+}
+
+// The start of what was added to a fit from the middle of its prior, with coefficients as stated: those that have moved
+// for what multiplies them hold a fit where it is nothing. None where they have not moved, or it is no such effect.
+std::optional<Start> as_stated(const Fitted& from, const Start& added) {
+  const std::size_t effects = from.hypothesis.effects.size();
+  if (!is_shifted(from.fit) || !std::all_of(added.hypothesis.effects.begin() + static_cast<std::ptrdiff_t>(effects),
+                                            added.hypothesis.effects.end(), is_never_nothing))
+    return std::nullopt;
+  Start start{added.hypothesis, Eigen::VectorXd::Zero(added.theta.size()), added.log_evidence};
+  const Eigen::Index known = from.fit.theta.size() - 1;
+  start.theta.segment(known - from.fit.effects, from.fit.effects) = coordinates_of(from.fit).mean;
+  start.theta[start.theta.size() - 1] = from.fit.theta[known];
+  return start;
+}
+
 bool begins_and_ends(const std::set<std::string>& effects) {
   return std::any_of(effects.begin(), effects.end(),
                      [](const std::string& effect) { return bound_to(effect) == BoundTo::time; });
@@ -232,6 +251,7 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
     const auto same = std::find_if(starts.begin(), starts.end(), is_same);
     if (same != starts.end() && same >= next) try_from(*same);
   }
+  if (const std::optional<Start> stated = as_stated(all_[from], starts.front())) try_from(*stated);
   if (best) choose_scale(campaign_, *best);
   if (best && begins_and_ends(names) && !begins_and_ends(name_set(all_[from].hypothesis)))
     refine_tugs(campaign_, fit_options_, *best);
@@ -249,6 +269,10 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
   judge(*best);
   all_.push_back(std::move(*best));
   return all_.size() - 1;
+}
+
+std::optional<std::size_t> Comparison::add_as_stated(std::size_t from, const std::vector<Start>& starts) {
+  return !starts.empty() && as_stated(all_[from], starts.front()) ? add(from, starts, 0) : std::nullopt;
 }
 
 void Comparison::judge(Fitted& fitted) const {

@@ -58,6 +58,11 @@ class Comparison {
   ///   most_starts  from which it is fitted, the one of the largest expected gain first
   std::optional<std::size_t> add(std::size_t from, const std::vector<Start>& starts, std::size_t most_starts = 2);
 
+  /// The same from coefficients as stated alone, where those of `from` have moved and the effect is nothing at no
+  /// finite strength: one step from moved coefficients, which imitate what multiplies them, expects too little of it.
+  /// Nothing elsewhere.
+  std::optional<std::size_t> add_as_stated(std::size_t from, const std::vector<Start>& starts);
+
   /// Continues a fit as long as it gains: it is what others are compared to.
   void refine(std::size_t i);
   /// Fits it once more from coefficients as wrong as stated: those that may be far off imitate what is missing, so that

@@ -269,6 +269,7 @@ struct ComparePolicy {
   std::array<double, 2> latent_errors{0.5, 0.25};  ///< [-] of the model error, that may be left beside a latent force | origin: choice
   std::size_t latent_leading = 2;  ///< [variants] of a kind that are tried with less model error | origin: choice, time
   std::int64_t latent_landmarks = 120;  ///< [points] between which a latent force is interpolated | origin: choice, time
+  std::int64_t latent_places = 60;  ///< [places] along the tracks about which a force may act, at most | origin: choice, time
   std::int64_t latent_functions = 12;  ///< [columns] at most, of one axis | origin: choice, time
   double latent_share = 0.01;  ///< [-] of a latent force's variance: columns with less are left out | origin: choice
   std::size_t most_tugs = 8;  ///< [intervals] of different recordings | origin: choice, time

@@ -110,6 +110,7 @@ Json argument_of(const LatentForce& kind) {
     for (const Channel state : kind.states) result["states"].push_back(column_name(state));
   }
   if (kind.on == Dependence::place) result["length_m"] = number(kind.argument);
+  if (kind.about) result["x0_m"] = kind.about->x(), result["y0_m"] = kind.about->y();
   if (kind.on == Dependence::period || kind.rings) result["period_s"] = number(kind.argument);
   if (kind.on == Dependence::memory && !kind.rings) result["fades_in_s"] = number(kind.argument);
   return result;

@@ -29,6 +29,7 @@ namespace {
 
 std::vector<std::string_view> words_of(const std::vector<Channel>& states) {
   std::vector<std::string_view> words;
+  words.reserve(states.size());
   for (const Channel state : states)
     words.push_back(state == Channel::u      ? "speed ahead"
                     : state == Channel::vm   ? "speed athwart"
@@ -52,7 +53,9 @@ std::string phrase(const LatentForce& force) {
                                                            : "a turning moment";
   switch (force.on) {
     case Dependence::place:
-      return what + " that depends on the place";
+      return force.about ? fmt::format("{} about the place x0 = {:.3g} m, y0 = {:.3g} m", what, force.about->x(),
+                                       force.about->y())
+                         : what + " that depends on the place";
     case Dependence::heading:
       return what + " that depends on the heading";
     case Dependence::period:

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/types.hpp"
 #include "recording/trajectory.hpp"
 
 namespace leeway::gap {
@@ -23,6 +25,8 @@ struct LatentForce {
   bool rings = false;
   std::vector<Channel> states{};  ///< of states: on which alone; empty: on several
   double log_evidence = 0.0;      ///< against the same without it [nats]
+  std::optional<Vec2<double>>
+      about{};  ///< the place (x0, y0) [m] about which alone it acts; none: all along the tracks
 };
 
 /// "a turning moment with a period of 37 s, whatever the ship does".

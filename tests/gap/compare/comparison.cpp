@@ -111,6 +111,29 @@ TEST_CASE("comparison: coefficients as stated may be another optimum, which is n
   CHECK(refined.fit.scale <= 1.0);  // the file is right, and there is little water under the keel
 }
 
+TEST_CASE("comparison: little water is found from coefficients as stated where they have moved for it", "[gap][long]") {
+  const Ship stated = read_ship("ferry-40m");
+  gap::FitOptions options;
+  options.jobs = 2;
+  for (const bool acts : {true, false}) {
+    CAPTURE(acts);
+    Ship truth = stated;
+    if (acts) truth.effects.push_back(planted("shallow-water", {{"h_over_T", 1.6}}));
+    gap::Campaign campaign = gap::prepare(stated, test::recorded({"ferry-40m", 71, 3, 400.0, 1.0, 0.0}, truth), {});
+    gap::Comparison comparison(campaign, gap::fit_null(campaign, options), {0.01, 2});
+    CHECK(gap::is_shifted(comparison.none().fit) == acts);
+    const auto added = comparison.add_as_stated(0, comparison.starts_with(0, "shallow-water", {}));
+    REQUIRE(added.has_value() == acts);
+    if (!acts) continue;
+    const gap::Fitted& with = comparison.all()[*added];
+    CHECK(comparison.log_odds(*added) > 0.0);
+    const double h_over_T = with.hypothesis.effects.front().values(gap::coordinates_of(with.fit).mean)[0];
+    CHECK(h_over_T == Approx(1.6).margin(0.3));
+    // Whose strength may be none is not started from there.
+    CHECK_FALSE(comparison.add_as_stated(0, comparison.starts_with(0, "steady-current", {})));
+  }
+}
+
 TEST_CASE("comparison: a current that varies is expected to gain most where it acts, and nothing elsewhere",
           "[gap][long]") {
   const Ship stated = read_ship("vectwin-3m");

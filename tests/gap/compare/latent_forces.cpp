@@ -7,6 +7,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "gap/compare/latent_bases.hpp"
+#include "gap/policy/policy.hpp"
 #include "gap/simulated_campaign.hpp"
 
 using namespace leeway;
@@ -83,6 +85,43 @@ TEST_CASE("latent forces: a line to an anchor is a force that depends on the pla
   CAPTURE(gap::phrase(kinds.front()));
   CHECK(kinds.front().on == Dependence::place);
   CHECK(kinds.front().log_evidence > 10.0);
+}
+
+TEST_CASE("latent forces: about a place they fade with the distance, and push in earth axes or from it", "[gap]") {
+  const gap::Campaign campaign = campaign_with({});
+  const gap::FittedNull fit = gap::fit_null(campaign, {.jobs = 2});
+  gap::Moments moments;
+  for (const gap::LinearStretch& stretch : fit.stretches) {
+    moments.emplace_back();
+    for (std::size_t k = 0; k < stretch.steps.size(); ++k) moments.back().push_back(gap::moment_of(stretch, k));
+  }
+  std::size_t about_places = 0;
+  for (const auto& make : gap::latent_bases(campaign, fit, moments)) {
+    const gap::LatentBasis all = make();
+    if (all.variants.empty() || !all.variants.front().about) continue;
+    ++about_places;
+    CHECK(all.on == Dependence::place);
+    CHECK(std::ssize(all.variants) <= gap::kPolicy.compare.latent_places);
+    const Vec2<double> place = *all.variants[all.variants.size() / 2].about;
+    const gap::LatentBasis basis = all.of(all.variants[all.variants.size() / 2]);
+    REQUIRE(basis.columns == 3);
+    bool is_reached = false;
+    for (std::size_t s = 0; s < moments.size(); ++s)
+      for (std::size_t k = 0; k < moments[s].size(); ++k) {
+        const gap::Moment& m = moments[s][k];
+        const Eigen::Matrix3d here = basis.values[s].middleCols<3>(3 * static_cast<Eigen::Index>(k));
+        Mat2<double> to_earth;
+        to_earth << std::cos(m.psi), -std::sin(m.psi), std::sin(m.psi), std::cos(m.psi);
+        const Vec2<double> from = (Vec2<double>(m.x0, m.y0) - place) / basis.argument;
+        const double near = std::exp(-0.5 * from.squaredNorm());
+        CHECK((to_earth * here.topLeftCorner<2, 2>() - near * Mat2<double>::Identity()).norm() < 1e-12);
+        CHECK((to_earth * here.block<2, 1>(0, 2) - near * from).norm() < 1e-12);
+        CHECK(here.row(2).norm() == 0.0);
+        is_reached |= from.norm() == 0.0;
+      }
+    CHECK(is_reached);
+  }
+  CHECK(about_places == gap::kPolicy.compare.latent_lengths.size());
 }
 
 TEST_CASE("latent forces: rudders that lag are a memory", "[gap]") {
