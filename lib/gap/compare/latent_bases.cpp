@@ -355,6 +355,15 @@ LatentBasis LatentBasis::of(const LatentVariant& variant) const {
   return result;
 }
 
+Moments moments_of(const FittedNull& fit) {
+  Moments moments;
+  for (const LinearStretch& stretch : fit.stretches) {
+    moments.emplace_back();
+    for (std::size_t k = 0; k < stretch.steps.size(); ++k) moments.back().push_back(moment_of(stretch, k));
+  }
+  return moments;
+}
+
 std::vector<std::function<LatentBasis()>> latent_bases(const Campaign& campaign, const FittedNull& fit,
                                                        const Moments& moments) {
   const Vec3<double> nu_sd = fit.noise.measurement_sd.tail<3>();

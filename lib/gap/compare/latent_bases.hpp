@@ -34,6 +34,7 @@ struct LatentBasis {
 };
 
 using Moments = std::vector<std::vector<Moment>>;  ///< by stretch and step
+Moments moments_of(const FittedNull& fit);
 
 /// How each basis is made: together they would take more memory than a workstation has. They refer to `moments`.
 std::vector<std::function<LatentBasis()>> latent_bases(const Campaign& campaign, const FittedNull& fit,

@@ -127,6 +127,7 @@ class Search {
 struct TriedVariant {
   std::size_t basis;
   LatentVariant variant;
+  LatentForce force;  // as it is told
   double gain;
 };
 
@@ -143,11 +144,7 @@ double evidence_of_kind(const std::vector<TriedVariant>& all) {
 }  // namespace
 
 std::vector<LatentForce> latent_forces(const Campaign& campaign, const FittedNull& fit, std::size_t jobs) {
-  Moments moments;
-  for (const LinearStretch& stretch : fit.stretches) {
-    moments.emplace_back();
-    for (std::size_t k = 0; k < stretch.steps.size(); ++k) moments.back().push_back(moment_of(stretch, k));
-  }
+  const Moments moments = moments_of(fit);
   if (std::ranges::all_of(moments, &std::vector<Moment>::empty)) return {};
   const std::vector<std::function<LatentBasis()>> bases = latent_bases(campaign, fit, moments);
   const Search search(campaign, fit, jobs);
@@ -156,7 +153,11 @@ std::vector<LatentForce> latent_forces(const Campaign& campaign, const FittedNul
     const LatentBasis basis = bases[b]();
     const std::vector<Evidence> parts = search.parts(basis, {});
     for (const LatentVariant& variant : basis.variants)
-      tried[basis.on].push_back({b, variant, search.gain(basis, variant, parts, {})});
+      tried[basis.on].push_back(
+          {b,
+           variant,
+           {basis.on, variant.axes, basis.argument, basis.rings, basis.states, 0.0, variant.about},
+           search.gain(basis, variant, parts, {})});
   }
   std::vector<LatentForce> result;
   for (auto& [on, all] : tried) {
@@ -179,10 +180,8 @@ std::vector<LatentForce> latent_forces(const Campaign& campaign, const FittedNul
         error.share[axis] = likeliest;
       }
     }
-    const auto best = std::ranges::max_element(all, {}, &TriedVariant::gain);
-    const LatentBasis basis = bases[best->basis]();
-    result.push_back({on, best->variant.axes, basis.argument, basis.rings, basis.states, evidence_of_kind(all),
-                      best->variant.about});
+    result.push_back(std::ranges::max_element(all, {}, &TriedVariant::gain)->force);
+    result.back().log_evidence = evidence_of_kind(all);
   }
   std::ranges::sort(result, std::greater(), &LatentForce::log_evidence);
   return result;

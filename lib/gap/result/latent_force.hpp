@@ -23,10 +23,9 @@ struct LatentForce {
   /// [s], or where it rings the period [s].
   double argument = kMissing;
   bool rings = false;
-  std::vector<Channel> states{};  ///< of states: on which alone; empty: on several
-  double log_evidence = 0.0;      ///< against the same without it [nats]
-  std::optional<Vec2<double>>
-      about{};  ///< the place (x0, y0) [m] about which alone it acts; none: all along the tracks
+  std::vector<Channel> states{};        ///< of states: on which alone; empty: on several
+  double log_evidence = 0.0;            ///< against the same without it [nats]
+  std::optional<Vec2<double>> about{};  ///< place (x0, y0) [m] about which alone it acts; none: anywhere
 };
 
 /// "a turning moment with a period of 37 s, whatever the ship does".

@@ -90,11 +90,7 @@ TEST_CASE("latent forces: a line to an anchor is a force that depends on the pla
 TEST_CASE("latent forces: about a place they fade with the distance, and push in earth axes or from it", "[gap]") {
   const gap::Campaign campaign = campaign_with({});
   const gap::FittedNull fit = gap::fit_null(campaign, {.jobs = 2});
-  gap::Moments moments;
-  for (const gap::LinearStretch& stretch : fit.stretches) {
-    moments.emplace_back();
-    for (std::size_t k = 0; k < stretch.steps.size(); ++k) moments.back().push_back(gap::moment_of(stretch, k));
-  }
+  const gap::Moments moments = gap::moments_of(fit);
   std::size_t about_places = 0;
   for (const auto& make : gap::latent_bases(campaign, fit, moments)) {
     const gap::LatentBasis all = make();
