@@ -1,14 +1,12 @@
 #include "gap/compare/comparison.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
 
 #include "core/distributions.hpp"
-#include "core/errors.hpp"
 #include "core/linear_algebra.hpp"
 #include "core/units.hpp"
 #include "gap/compare/candidates.hpp"
@@ -22,46 +20,6 @@
 namespace leeway::gap {
 namespace {
 
-// The start of what was added to a fit from where it is nothing; none where that is infinitely far.
-std::optional<Start> at_neutral(const Fitted& from, const Start& added) {
-  Start start{added.hypothesis, added.theta, from.log_evidence};
-  const Eigen::Index known = from.fit.theta.size() - 1;
-  start.theta.head(known) = from.fit.theta.head(known);
-  start.theta[start.theta.size() - 1] = from.fit.theta[known];
-  Eigen::Index at = known;
-  for (std::size_t i = from.hypothesis.effects.size(); i < added.hypothesis.effects.size(); ++i) {
-    const std::optional<Eigen::VectorXd> neutral = added.hypothesis.effects[i].neutral();
-    if (!neutral) return std::nullopt;
-    start.theta.segment(at, neutral->size()) = *neutral;
-    at += neutral->size();
-  }
-  return start;
-}
-
-// Whether an effect is nothing at no finite strength, as little water under the keel.
-bool is_never_nothing(const FreeEffect& effect) {
-  return bound_to(effect.name()) == BoundTo::nothing && !effect.neutral() && effect.log_strengths().empty();
-}
-
-// The start of what was added to a fit from the middle of its prior, with coefficients as stated: those that have moved
-// for what multiplies them hold a fit where it is nothing. None where they have not moved, or it is no such effect.
-std::optional<Start> as_stated(const Fitted& from, const Start& added) {
-  const std::size_t effects = from.hypothesis.effects.size();
-  if (!is_shifted(from.fit) || !std::all_of(added.hypothesis.effects.begin() + static_cast<std::ptrdiff_t>(effects),
-                                            added.hypothesis.effects.end(), is_never_nothing))
-    return std::nullopt;
-  Start start{added.hypothesis, Eigen::VectorXd::Zero(added.theta.size()), added.log_evidence};
-  const Eigen::Index known = from.fit.theta.size() - 1;
-  start.theta.segment(known - from.fit.effects, from.fit.effects) = coordinates_of(from.fit).mean;
-  start.theta[start.theta.size() - 1] = from.fit.theta[known];
-  return start;
-}
-
-bool begins_and_ends(const std::set<std::string>& effects) {
-  return std::any_of(effects.begin(), effects.end(),
-                     [](const std::string& effect) { return bound_to(effect) == BoundTo::time; });
-}
-
 void sort(std::vector<Comparison::ExpectedGain>& expected_gains) {
   std::stable_sort(expected_gains.begin(), expected_gains.end(),
                    [](const Comparison::ExpectedGain& a, const Comparison::ExpectedGain& b) {
@@ -72,15 +30,13 @@ void sort(std::vector<Comparison::ExpectedGain>& expected_gains) {
 }  // namespace
 
 Comparison::Comparison(const Campaign& campaign, const FittedNull& null, const ComparisonOptions& options)
-    : campaign_(campaign), options_(options) {
-  fit_options_.jobs = options.jobs;
-  fit_options_.most_iterations = static_cast<int>(kPolicy.compare.refit_iterations);
+    : campaign_(campaign), options_(options), search_(campaign, {.jobs = options.jobs}) {
   // Gone on with as the others will be, so that none gains by a few steps more.
   Fitted none;
   none.fit = null;
-  if (options.none_is_possible) continue_fit(none);
-  choose_scale(campaign, none);
-  if (options.none_is_possible) fit_as_stated(none);
+  if (options.none_is_possible) search_.continue_fit(none);
+  search_.choose_scale(none);
+  if (options.none_is_possible) search_.fit_as_stated(none);
   blocks_ = blocks_of(campaign, none.fit, none.fit.noise, {0, nullptr}, options.jobs);
   folds_ = folds_of(campaign, blocks_);
   none.fold_evidence = fold_evidence(blocks_, folds_, none.fit.theta, none.fit.prior);
@@ -223,47 +179,8 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
   const std::set<std::string> names = name_set(starts.front().hypothesis);
   for (std::size_t i = 0; i < all_.size(); ++i)
     if (name_set(all_[i].hypothesis) == names) return i;
-  const auto fitted_from = [&](const Start& start) -> std::optional<Fitted> {
-    try {
-      Fitted fitted;
-      fitted.hypothesis = start.hypothesis;
-      fitted.fit = fit_with(campaign_, all_[from].fit, fitted.hypothesis, start.theta, fit_options_);
-      fitted.log_evidence = gap::log_evidence(fitted.fit);
-      if (!std::isfinite(fitted.log_evidence)) return std::nullopt;
-      return fitted;
-    } catch (const NumericalError&) {  // with this effect the simulator runs away: it is no explanation
-      return std::nullopt;
-    }
-  };
-  std::optional<Fitted> best;
-  const auto try_from = [&](const Start& start) {
-    if (auto fitted = fitted_from(start); fitted && (!best || fitted->log_evidence > best->log_evidence))
-      best = std::move(fitted);
-  };
-  auto next = starts.begin();
-  for (; next != starts.end() && next - starts.begin() < static_cast<std::ptrdiff_t>(most_starts); ++next) {
-    if (next->log_evidence < starts.front().log_evidence - kPolicy.compare.far_behind_best_start) break;
-    try_from(*next);
-  }
-  // What is the same in all recordings has less to choose, however far behind a linear step leaves it.
-  if (best && best->hypothesis.differs()) {
-    const auto is_same = [](const Start& start) { return !start.hypothesis.differs(); };
-    const auto same = std::find_if(starts.begin(), starts.end(), is_same);
-    if (same != starts.end() && same >= next) try_from(*same);
-  }
-  if (const std::optional<Start> stated = as_stated(all_[from], starts.front())) try_from(*stated);
-  if (best) choose_scale(campaign_, *best);
-  if (best && begins_and_ends(names) && !begins_and_ends(name_set(all_[from].hypothesis)))
-    refine_tugs(campaign_, fit_options_, *best);
-  // Where the effect is nothing it is as likely as without it.
-  if (!best || best->log_evidence < all_[from].log_evidence - kPolicy.compare.worse_than_without)
-    if (const std::optional<Start> nothing = at_neutral(all_[from], starts.front()))
-      if (auto fitted = fitted_from(*nothing)) {
-        choose_scale(campaign_, *fitted);
-        if (!best || fitted->log_evidence > best->log_evidence) best = std::move(fitted);
-      }
+  std::optional<Fitted> best = search_.fit(all_[from], starts, most_starts);
   if (!best) return std::nullopt;
-  if (!best->fit.report.converged) continue_fit(*best);
   if (is_below_known_angles(*best) || is_another_effect(*best)) return std::nullopt;
   if (from != 0 && none().fit.report.is_noise_free && !is_worth_a_name(*best, all_[from])) return std::nullopt;
   judge(*best);
@@ -272,7 +189,14 @@ std::optional<std::size_t> Comparison::add(std::size_t from, const std::vector<S
 }
 
 std::optional<std::size_t> Comparison::add_as_stated(std::size_t from, const std::vector<Start>& starts) {
-  return !starts.empty() && as_stated(all_[from], starts.front()) ? add(from, starts, 0) : std::nullopt;
+  return !starts.empty() && may_begin_as_stated(all_[from], starts.front()) ? add(from, starts, 0) : std::nullopt;
+}
+
+double Comparison::cost_of_shifts(std::size_t from) const {
+  const FittedNull& fit = all_[from].fit;
+  Eigen::VectorXd as_stated = fit.theta;
+  as_stated.head(as_stated.size() - 1 - fit.effects).setZero();
+  return fit.stated.log_density(as_stated) - fit.stated.log_density(fit.theta);
 }
 
 void Comparison::judge(Fitted& fitted) const {
@@ -282,61 +206,8 @@ void Comparison::judge(Fitted& fitted) const {
   std::tie(fitted.gain, fitted.gain_sd) = gain(fitted, none());
 }
 
-// Fits again from where a fit stands, as long as that gains; what it gained.
-double Comparison::climb(const Campaign& campaign, Fitted& fitted, const Restart& restart) const {
-  const double before = fitted.log_evidence;
-  for (int i = 0; i < kPolicy.compare.most_continuations; ++i) {
-    FittedNull next = fitted.fit;
-    if (i == 0) next.noise.sigma_w *= restart.model_error;
-    if (i == 0 && restart.as_stated) next.theta.head(next.theta.size() - 1 - next.effects).setZero();
-    try {
-      next = fit_with(campaign, next, fitted.hypothesis, next.theta, fit_options_);
-    } catch (const NumericalError&) {
-      break;
-    }
-    const double gained = gap::log_evidence(next) - fitted.log_evidence;
-    if (gained > 0.0) {
-      fitted.fit = std::move(next);
-      fitted.log_evidence += gained;
-    }
-    if (gained < kPolicy.compare.converged_gain) break;
-  }
-  return fitted.log_evidence - before;
-}
-
-bool Comparison::continue_fit(Fitted& fitted) {
-  const double before = fitted.log_evidence = gap::log_evidence(fitted.fit);
-  climb(campaign_, fitted, {});
-  // Also from far below: where an effect has taken most of the model error away, its levels may have stopped halfway;
-  // and the coefficients far from what is stated, if they stood in for it.
-  for (const Restart& restart : {Restart{kPolicy.compare.far_below, false}, Restart{kPolicy.compare.far_below, true}})
-    climb(campaign_, fitted, restart);
-  return fitted.log_evidence > before + kPolicy.compare.converged_gain;
-}
-
-// Nothing missing, fitted from the noise, events and coefficients of another fit of the same campaign; nothing where
-// that is no better optimum.
-std::optional<Fitted> Comparison::better_none(Fitted none, const Fitted& other) const {
-  const double before = none.log_evidence;
-  none.fit.noise = other.fit.noise;
-  none.fit.event_scale = other.fit.event_scale;
-  none.fit.log_prior_of_events = other.fit.log_prior_of_events;
-  const Eigen::Index coefficients = none.fit.theta.size() - 1;
-  Eigen::VectorXd theta = none.fit.theta;
-  theta.head(coefficients) = other.fit.theta.head(coefficients);
-  theta[coefficients] = other.fit.theta[other.fit.theta.size() - 1];
-  try {
-    none.fit = fit_with(campaign_, none.fit, none.hypothesis, theta, fit_options_);
-  } catch (const NumericalError&) {
-    return std::nullopt;
-  }
-  choose_scale(campaign_, none);
-  if (none.log_evidence < before + kPolicy.compare.better_optimum) return std::nullopt;
-  return none;
-}
-
 bool Comparison::refit_none(std::size_t from) {
-  std::optional<Fitted> none = better_none(all_.front(), all_[from]);
+  std::optional<Fitted> none = search_.better_none(all_.front(), all_[from]);
   if (!none) return false;
   all_.clear();
   screened_.clear();
@@ -349,7 +220,7 @@ bool Comparison::refit_none(std::size_t from) {
 }
 
 void Comparison::refine(std::size_t i) {
-  if (continue_fit(all_[i])) {
+  if (search_.continue_fit(all_[i])) {
     judge(all_[i]);
     expected_.erase(i);
   }
@@ -357,28 +228,9 @@ void Comparison::refine(std::size_t i) {
 }
 
 void Comparison::refine_scale(std::size_t i) {
-  if (!fit_as_stated(all_[i])) return;
+  if (!search_.fit_as_stated(all_[i])) return;
   judge(all_[i]);
   expected_.erase(i);
-}
-
-bool Comparison::fit_as_stated(Fitted& fitted) const {
-  const double before = fitted.log_evidence;
-  if (!(fitted.fit.scale > 1.0)) return false;
-  Fitted other = fitted;
-  other.fit.prior = fitted.fit.stated;
-  other.fit.scale = 1.0;
-  Eigen::VectorXd theta = fitted.fit.theta;
-  theta.head(theta.size() - 1 - fitted.fit.effects).setZero();
-  try {
-    other.fit = fit_with(campaign_, other.fit, other.hypothesis, theta, fit_options_);
-  } catch (const NumericalError&) {
-    return false;
-  }
-  choose_scale(campaign_, other);
-  if (other.log_evidence < before + kPolicy.compare.converged_gain) return false;
-  fitted = std::move(other);
-  return true;
 }
 
 // Noise levels may converge to a better place than with the effect that it then is: evidence alone does not decide.
@@ -421,30 +273,6 @@ bool Comparison::is_below_known_angles(const Fitted& fitted) const {
   // Without noise everything shows, also what rudders really do between two samples.
   const bool is_of_inputs = none().fit.report.is_noise_free && !is_worth_a_name(fitted, none());
   return is_of_inputs || moved < points * kKnownAngle * kKnownAngle;
-}
-
-void Comparison::choose_scale(const Campaign& campaign, Fitted& fitted) const {
-  FittedNull& fit = fitted.fit;
-  for (int i = 0; i < kPolicy.compare.most_scales; ++i) {
-    const PriorWidths best =
-        file_evidence(fit.total, fit.theta, widths_by_scale(fit.stated, fit.parameters, fit.effects)).likeliest;
-    if ((best.prior.sd().array() / fit.prior.sd().array()).log().abs().maxCoeff() < kPolicy.compare.same_width) break;
-    FittedNull other = fit;
-    other.prior = best.prior;
-    other.scale = best.scale;
-    try {
-      other = fit_with(campaign, other, fitted.hypothesis, other.theta, fit_options_);
-    } catch (const NumericalError&) {
-      break;
-    }
-    // The levels of the noise move with it, and may converge to a worse place. The evidence is averaged over the scale,
-    // so that it hardly moves where they do not; what the effects' coordinates are known to does.
-    if ((!other.report.converged && fit.report.converged) ||
-        gap::log_evidence(other) < gap::log_evidence(fit) - kPolicy.compare.worse_than_without)
-      break;
-    fit = std::move(other);
-  }
-  fitted.log_evidence = gap::log_evidence(fit);
 }
 
 double Comparison::chance_of(std::size_t i, std::size_t than) const {

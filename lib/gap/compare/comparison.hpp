@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "gap/compare/fit_search.hpp"
 #include "gap/compare/probabilities.hpp"
 #include "gap/compare/tugs.hpp"
 #include "gap/decide/decide.hpp"
@@ -62,6 +63,9 @@ class Comparison {
   /// finite strength: one step from moved coefficients, which imitate what multiplies them, expects too little of it.
   /// Nothing elsewhere.
   std::optional<std::size_t> add_as_stated(std::size_t from, const std::vector<Start>& starts);
+  /// By how much coefficients where a fit has them are less likely than as stated [nats]: what an effect that lets them
+  /// stay there may save.
+  double cost_of_shifts(std::size_t from) const;
 
   /// Continues a fit as long as it gains: it is what others are compared to.
   void refine(std::size_t i);
@@ -103,20 +107,11 @@ class Comparison {
   bool is_below_known_angles(const Fitted& fitted) const;
   bool is_worth_a_name(const Fitted& with, const Fitted& without) const;
   bool is_another_effect(const Fitted& fitted) const;
-  void choose_scale(const Campaign& campaign, Fitted& fitted) const;
-  bool continue_fit(Fitted& fitted);  // whether it gained
-  bool fit_as_stated(Fitted& fitted) const;
-  struct Restart {
-    double model_error = 1.0;  // by that of the fit
-    bool as_stated = false;    // the coefficients
-  };
-  double climb(const Campaign& campaign, Fitted& fitted, const Restart& restart) const;
-  std::optional<Fitted> better_none(Fitted none, const Fitted& other) const;
   void judge(Fitted& fitted) const;
 
   const Campaign& campaign_;
   const ComparisonOptions options_;
-  FitOptions fit_options_;
+  const FitSearch search_;
   Blocks blocks_;
   std::vector<Fitted> all_;
   std::vector<std::vector<std::size_t>> folds_;

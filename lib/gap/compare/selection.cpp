@@ -169,7 +169,9 @@ class Selector {
       progress(0.45 + 0.25 * static_cast<double>(i) / static_cast<double>(most), "fit with " + singles_[i].effect);
       better(comparison_.add(0, singles_[i].starts));
     }
-    for (const auto& single : singles_) better(comparison_.add_as_stated(0, single.starts));
+    for (const auto& single : singles_)
+      if (!is_hopeless(comparison_.cost_of_shifts(0), likeliest_, 0))
+        better(comparison_.add_as_stated(0, single.starts));
   }
 
   /// Pairs, from one linear step beside each of the likeliest single effects and beside none, the most promising first.
