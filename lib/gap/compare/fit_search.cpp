@@ -60,17 +60,25 @@ FitSearch::FitSearch(const Campaign& campaign, const FitOptions& options) : camp
   options_.most_iterations = static_cast<int>(kPolicy.compare.refit_iterations);
 }
 
-std::optional<Fitted> FitSearch::fitted_from(const Fitted& from, const Start& start) const {
+// Nothing where the simulator runs away, which is no explanation.
+std::optional<FittedNull> FitSearch::refit(const FittedNull& from, const Hypothesis& hypothesis,
+                                           const Eigen::VectorXd& theta) const {
   try {
-    Fitted fitted;
-    fitted.hypothesis = start.hypothesis;
-    fitted.fit = fit_with(campaign_, from.fit, fitted.hypothesis, start.theta, options_);
-    fitted.log_evidence = gap::log_evidence(fitted.fit);
-    if (!std::isfinite(fitted.log_evidence)) return std::nullopt;
-    return fitted;
-  } catch (const NumericalError&) {  // with this effect the simulator runs away: it is no explanation
+    return fit_with(campaign_, from, hypothesis, theta, options_);
+  } catch (const NumericalError&) {
     return std::nullopt;
   }
+}
+
+std::optional<Fitted> FitSearch::fitted_from(const Fitted& from, const Start& start) const {
+  std::optional<FittedNull> fit = refit(from.fit, start.hypothesis, start.theta);
+  if (!fit) return std::nullopt;
+  Fitted fitted;
+  fitted.hypothesis = start.hypothesis;
+  fitted.fit = std::move(*fit);
+  fitted.log_evidence = gap::log_evidence(fitted.fit);
+  if (!std::isfinite(fitted.log_evidence)) return std::nullopt;
+  return fitted;
 }
 
 std::optional<Fitted> FitSearch::likeliest(const Fitted& from, const std::vector<Start>& starts,
@@ -116,17 +124,14 @@ std::optional<Fitted> FitSearch::fit(const Fitted& from, const std::vector<Start
 double FitSearch::climb(Fitted& fitted, const Restart& restart) const {
   const double before = fitted.log_evidence;
   for (int i = 0; i < kPolicy.compare.most_continuations; ++i) {
-    FittedNull next = fitted.fit;
-    if (i == 0) next.noise.sigma_w *= restart.model_error;
-    if (i == 0 && restart.as_stated) next.theta.head(next.theta.size() - 1 - next.effects).setZero();
-    try {
-      next = fit_with(campaign_, next, fitted.hypothesis, next.theta, options_);
-    } catch (const NumericalError&) {
-      break;
-    }
-    const double gained = gap::log_evidence(next) - fitted.log_evidence;
+    FittedNull from = fitted.fit;
+    if (i == 0) from.noise.sigma_w *= restart.model_error;
+    if (i == 0 && restart.as_stated) from.theta.head(from.theta.size() - 1 - from.effects).setZero();
+    std::optional<FittedNull> next = refit(from, fitted.hypothesis, from.theta);
+    if (!next) break;
+    const double gained = gap::log_evidence(*next) - fitted.log_evidence;
     if (gained > 0.0) {
-      fitted.fit = std::move(next);
+      fitted.fit = std::move(*next);
       fitted.log_evidence += gained;
     }
     if (gained < kPolicy.compare.converged_gain) break;
@@ -151,11 +156,9 @@ bool FitSearch::fit_as_stated(Fitted& fitted) const {
   other.fit.scale = 1.0;
   Eigen::VectorXd theta = fitted.fit.theta;
   theta.head(theta.size() - 1 - fitted.fit.effects).setZero();
-  try {
-    other.fit = fit_with(campaign_, other.fit, other.hypothesis, theta, options_);
-  } catch (const NumericalError&) {
-    return false;
-  }
+  std::optional<FittedNull> fit = refit(other.fit, other.hypothesis, theta);
+  if (!fit) return false;
+  other.fit = std::move(*fit);
   choose_scale(other);
   if (other.log_evidence < before + kPolicy.compare.converged_gain) return false;
   fitted = std::move(other);
@@ -171,11 +174,9 @@ std::optional<Fitted> FitSearch::better_none(Fitted none, const Fitted& other) c
   Eigen::VectorXd theta = none.fit.theta;
   theta.head(coefficients) = other.fit.theta.head(coefficients);
   theta[coefficients] = other.fit.theta[other.fit.theta.size() - 1];
-  try {
-    none.fit = fit_with(campaign_, none.fit, none.hypothesis, theta, options_);
-  } catch (const NumericalError&) {
-    return std::nullopt;
-  }
+  std::optional<FittedNull> fit = refit(none.fit, none.hypothesis, theta);
+  if (!fit) return std::nullopt;
+  none.fit = std::move(*fit);
   choose_scale(none);
   if (none.log_evidence < before + kPolicy.compare.better_optimum) return std::nullopt;
   return none;
@@ -187,20 +188,17 @@ void FitSearch::choose_scale(Fitted& fitted) const {
     const PriorWidths best =
         file_evidence(fit.total, fit.theta, widths_by_scale(fit.stated, fit.parameters, fit.effects)).likeliest;
     if ((best.prior.sd().array() / fit.prior.sd().array()).log().abs().maxCoeff() < kPolicy.compare.same_width) break;
-    FittedNull other = fit;
-    other.prior = best.prior;
-    other.scale = best.scale;
-    try {
-      other = fit_with(campaign_, other, fitted.hypothesis, other.theta, options_);
-    } catch (const NumericalError&) {
-      break;
-    }
+    FittedNull from = fit;
+    from.prior = best.prior;
+    from.scale = best.scale;
+    std::optional<FittedNull> other = refit(from, fitted.hypothesis, from.theta);
+    if (!other) break;
     // The levels of the noise move with it, and may converge to a worse place. The evidence is averaged over the scale,
     // so that it hardly moves where they do not; what the effects' coordinates are known to does.
-    if ((!other.report.converged && fit.report.converged) ||
-        gap::log_evidence(other) < gap::log_evidence(fit) - kPolicy.compare.worse_than_without)
+    if ((!other->report.converged && fit.report.converged) ||
+        gap::log_evidence(*other) < gap::log_evidence(fit) - kPolicy.compare.worse_than_without)
       break;
-    fit = std::move(other);
+    fit = std::move(*other);
   }
   fitted.log_evidence = gap::log_evidence(fit);
 }

@@ -36,6 +36,8 @@ class FitSearch {
     bool as_stated = false;    // the coefficients
   };
 
+  std::optional<FittedNull> refit(const FittedNull& from, const Hypothesis& hypothesis,
+                                  const Eigen::VectorXd& theta) const;
   std::optional<Fitted> fitted_from(const Fitted& from, const Start& start) const;
   std::optional<Fitted> likeliest(const Fitted& from, const std::vector<Start>& starts, std::size_t most_starts) const;
   double climb(Fitted& fitted, const Restart& restart) const;
