@@ -146,20 +146,18 @@ std::vector<FreeEffect::Parameter> current_process(const Ship& ship, const std::
   std::vector<double> sds, taus;
   for (int i = 0; i < kGrid; ++i) {
     const double share = (i + 0.5) / kGrid;
-    sds.push_back(kPolicy.compare.least_current_sd * sd_prior.high *
-                  std::pow(1.0 / kPolicy.compare.least_current_sd, share));
-    taus.push_back(std::clamp(tau_prior.median * std::exp(tau_prior.sd * (2.0 * kPolicy.compare.tau_reach_sd * share -
-                                                                          kPolicy.compare.tau_reach_sd)),
-                              tau_prior.low, tau_prior.high));
+    sds.push_back(sd_prior.high * std::pow(kPolicy.compare.least_current_sd, 1.0 - share));
+    taus.push_back(tau_prior.low * std::pow(tau_prior.high / tau_prior.low, share));
   }
   std::vector<double> log_weights;
   for (const double tau_s : taus) {
     const CourseCovariance process =
         courses.empty() ? CourseCovariance() : of_process(tau_s / length_s(courses.front()));
     for (const double sd : sds) {
-      // Rayleigh of a logarithmic grid; the time constants are those of the prior.
-      double log_weight = 2.0 * std::log(sd) - 0.5 * std::pow(sd / sd_prior.sd, 2) -
-                          0.5 * std::pow(std::log(tau_s / tau_prior.median) / tau_prior.sd, 2);
+      // Before: Rayleigh, of a logarithmic grid, and log-normal.
+      double log_weight = courses.empty() ? 2.0 * std::log(sd) - 0.5 * std::pow(sd / sd_prior.sd, 2) -
+                                                0.5 * std::pow(std::log(tau_s / tau_prior.median) / tau_prior.sd, 2)
+                                          : 0.0;
       Eigen::Index first = 0;
       for (const FreeEffect& course : courses) {
         const Course units = units_of(course);

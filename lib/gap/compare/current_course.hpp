@@ -22,9 +22,12 @@ std::vector<CurrentPath> current_paths(const Campaign& campaign, const Hypothesi
 /// Columns t_s, current_north_mps, current_east_mps and the standard deviations of both.
 std::string path_text(const CurrentPath& path);
 
-/// Standard deviation and time constant of the process, each with its 95 % interval: of all that are possible, on a
-/// grid, by how probable they make the fitted courses and by their priors. Courses are independent of each other.
-///   courses  effects, whose coordinates follow each other; none: what is believed before
+/// Standard deviation and time constant of the process, each with its 95 % interval: of all that the catalogue's bounds
+/// leave possible, on a grid, by how probable they make the fitted courses, whatever was believed before: of a current
+/// that turns within a minute or two the time constant is 3 sd off, and the standard deviation would be taken for more
+/// than twice as large. Courses are independent of each other.
+///   courses           effects, whose coordinates follow each other; none: what is believed before
+///   mean, covariance  of the coordinates, as the recordings alone say
 std::vector<FreeEffect::Parameter> current_process(const Ship& ship, const std::vector<FreeEffect>& courses,
                                                    const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance);
 

@@ -55,10 +55,12 @@ namespace {
 
 // A fault with its numbers no farther from the audit's than those may be wrong.
 Fault with_numbers_near(Fault fault, const Fault& audited) {
+  fault.left_open.clear();
   for (std::size_t i = 0; i < fault.parameters.size(); ++i) {
-    const auto& [name, value, sd] = audited.parameters[i];
-    const double far = kPolicy.decide.refined_limit_sd * sd;
-    fault.parameters[i].value = std::clamp(fault.parameters[i].value, value - far, value + far);
+    const Estimate& known = audited.parameters[i];
+    const double far = kPolicy.decide.refined_limit_sd * known.sd;
+    fault.parameters[i].value = std::clamp(fault.parameters[i].value, known.value - far, known.value + far);
+    fault.left_open.push_back(far);
   }
   rephrase(fault);
   return fault;

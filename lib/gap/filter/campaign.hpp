@@ -8,6 +8,7 @@
 #include "dynamics/replay.hpp"
 #include "dynamics/simulation.hpp"
 #include "gap/filter/ensemble_simulator.hpp"
+#include "gap/filter/uncertainty.hpp"
 #include "gap/policy/policy.hpp"
 #include "gap/sensors/froude_scale.hpp"
 
@@ -39,6 +40,19 @@ struct HelmLaw {
   double at(double psi, double r) const { return offset + per_heading * psi + per_rate_s * r; }
 };
 
+/// Numbers of sensors' faults that recordings were corrected for and that are free beside the coefficients, each in
+/// units of what is left open of it: what they add to the measured values at each point, 6 x count.
+struct FaultColumns {
+  Eigen::Index first = 0;  ///< place of the first number in theta, behind the coefficients
+  std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> at;  ///< none: no number is free
+
+  Eigen::Index count() const { return at.empty() ? 0 : at.front().cols(); }
+  /// Of point k, the numbers being those of theta.
+  Vec6 of(std::size_t k, const Eigen::VectorXd& theta) const {
+    return at.empty() ? Vec6::Zero() : Vec6(at[k] * theta.segment(first, count()));
+  }
+};
+
 /// A part of a recording without a long gap, on the filter's time grid; it has an initial state of its own.
 struct Stretch {
   std::size_t recording = 0;
@@ -55,6 +69,7 @@ struct Stretch {
   double sample_s = 0.0;                       ///< of the recording
   std::optional<HelmLaw> helm;  ///< the law by which a course is kept in it, where the rudders tell more of the ship
                                 ///< than the sensors do: they are no inputs then, but follow her
+  FaultColumns by_faults;
   std::size_t size() const { return t_s.size(); }
   double dt_s(std::size_t k) const { return t_s[k + 1] - t_s[k]; }
 };
@@ -68,7 +83,8 @@ struct Campaign {
   std::vector<std::vector<EffectEntry>> own_effects;  ///< of each recording: of the ship there, and nowhere else
   std::vector<RecordedInputs> recorded_inputs;        ///< one per recording
   std::vector<Stretch> stretches;
-  double step_s = 0.0;  ///< typical time step of the grid
+  std::vector<UncertainParameter> free_faults;  ///< the numbers in the columns of the stretches
+  double step_s = 0.0;                          ///< typical time step of the grid
   bool has_position = false, has_heading = false, has_wind = false;
   std::vector<std::string> notices;
 

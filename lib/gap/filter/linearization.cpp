@@ -328,6 +328,7 @@ LinearStretch linearize(const Ship& ship, LinearStretch result, const Eigen::Vec
   result.mean_offset =
       mean_offsets([&](const auto& x, const auto& inputs, double h) { return advance<double>(plain, x, inputs, h); },
                    stretch, result.path);
+  for (std::size_t k = 0; k < stretch.size(); ++k) result.mean_offset[k] += stretch.by_faults.of(k, theta);
   return result;
 }
 

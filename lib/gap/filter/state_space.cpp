@@ -341,7 +341,10 @@ Smoothed smooth(const LinearStretch& stretch, const Noise& noise, const Eigen::V
     }
     passed.predicted[k] = filter.mean;
     passed.predicted_covariance[k] = filter.covariance;
+    const Vec6 read = stretch.data->by_faults.of(k, dtheta);
+    filter.mean.head<kShipStates>() += read;
     filter.update(k, [&](const Filter::Taken& taken, const auto&) { result.innovations[k][taken.channel] = taken.z; });
+    filter.mean.head<kShipStates>() -= read;
     passed.filtered[k] = filter.mean;
     passed.filtered_covariance[k] = filter.covariance;
   }

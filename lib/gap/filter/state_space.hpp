@@ -85,12 +85,13 @@ struct LinearStep {
 
 /// A stretch with the model linearized along a path.
 struct LinearStretch {
-  std::shared_ptr<const Stretch> data;    ///< owned with others, so that fits can be copied and outlive campaigns
-  std::vector<StateVector> path;          ///< one per point
-  std::vector<LinearStep> steps;          ///< one less
-  std::vector<Vec6> mean_offset;          ///< of the mean that is measured about a point, from the path's value there
-  std::vector<Vec3<double>> event_scale;  ///< factors on sigma_w at each point: above 1 in events; empty: 1
-  Vec6 initial_sd = Vec6::Zero();         ///< of the first point around the path: wide
+  std::shared_ptr<const Stretch> data;  ///< owned with others, so that fits can be copied and outlive campaigns
+  std::vector<StateVector> path;        ///< one per point
+  std::vector<LinearStep> steps;        ///< one less
+  /// Of what is measured about a point, a mean by a sensor with theta's faults, from the path's value there.
+  std::vector<Vec6> mean_offset;
+  std::vector<Vec3<double>> event_scale;             ///< factors on sigma_w at each point: above 1 in events; empty: 1
+  Vec6 initial_sd = Vec6::Zero();                    ///< of the first point around the path: wide
   Vec3<double> untrained_sd = Vec3<double>::Zero();  ///< of the acceleration error where an ensemble was not trained
 };
 
@@ -178,10 +179,15 @@ class Filter {
     with_states(stretch_, noise_, [&]<int states>() { predict<states>(k); });
   }
   /// Takes the measurements of point k one by one: innovation(taken, row), row = dz/dbeta
-  /// with the sign that makes b = sum z row.
+  /// with the sign that makes b = sum z row. Numbers of sensors' faults move what is measured, and no ship.
   template <typename Innovation>
   void update(std::size_t k, const Innovation& innovation) {
+    // To a measurement, what its sensor adds is as if the ship were there.
+    const FaultColumns& faults = stretch_.data->by_faults;
+    const bool has_faults = columns.cols() > 0 && faults.count() > 0;
+    if (has_faults) columns.block(0, faults.first, kShipStates, faults.count()) += faults.at[k];
     const int count = with_states(stretch_, noise_, [&]<int states>() { return take<states>(k); });
+    if (has_faults) columns.block(0, faults.first, kShipStates, faults.count()) -= faults.at[k];
     for (int t = 0; t < count; ++t) innovation(taken_[t], rows_.row(t));
   }
 

@@ -18,6 +18,7 @@ struct UncertainParameter {
   /// Whether it may be off by far more than stated and be no effect of the catalogue, which has a name.
   bool may_be_far_more = true, may_be_far_less = true;
   bool is_form = false;  ///< a term of another form of the same force, as far as published ones differ: never far off
+  bool is_of_sensor = false;  ///< no coefficient but a number of a sensor's fault, in units of what is left open of it
 };
 
 /// What theta does to it.

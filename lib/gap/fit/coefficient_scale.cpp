@@ -1,5 +1,6 @@
 #include "gap/fit/coefficient_scale.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -99,7 +100,10 @@ Slabs slabs_of(ThetaPosterior posterior, PriorWidths widths) {
 
 PriorWidths widths_at(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters, Eigen::Index effects,
                       double scale) {
-  const auto n = static_cast<Eigen::Index>(parameters.size()), coefficients = n - 1 - effects;
+  const auto n = static_cast<Eigen::Index>(parameters.size());
+  const auto faults =
+      static_cast<Eigen::Index>(std::ranges::count(parameters, true, &UncertainParameter::is_of_sensor));
+  const Eigen::Index coefficients = n - 1 - effects - faults;
   PriorWidths result{stated.scaled(coefficients, scale), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n), scale,
                      0.0};
   for (Eigen::Index i = 0; i < n; ++i) {

@@ -21,7 +21,8 @@ struct PriorWidths {
 };
 
 /// On nine values of the scale, from a fifth to four and a half times what is stated; weights sum to 1. theta =
-/// (coefficients, coordinates of effects, timing): the coefficients' widths times the scale, the others as they are.
+/// (coefficients, numbers of faults, coordinates of effects, timing): the coefficients' widths times the scale, the
+/// others as they are.
 ///   stated  of theta, as the ship's file has it
 std::vector<PriorWidths> widths_by_scale(const ThetaPrior& stated, const std::vector<UncertainParameter>& parameters,
                                          Eigen::Index effects);

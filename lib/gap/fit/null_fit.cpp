@@ -120,7 +120,7 @@ void finish(const Campaign& campaign, const Climb& climb, std::size_t jobs, bool
           {kNames[i], fit.noise.measurement_sd[i] * (i == 2 || i == 5 ? 1.0 / kDegree : 1.0), kMissing});
   }
   const Eigen::MatrixXd covariance = posterior_covariance(fit);
-  for (Eigen::Index i = 0; i + 1 + fit.effects < p; ++i) {
+  for (Eigen::Index i = 0; i < fit.coefficients(); ++i) {
     report.parameters.push_back(
         shift_of(fit.parameters[static_cast<std::size_t>(i)], fit.theta[i], std::sqrt(covariance(i, i))));
   }
@@ -227,6 +227,10 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
     fit.parameters = uncertain_parameters(campaign.ship);
   fit.stated = campaign.ensemble ? ThetaPrior(Eigen::VectorXd::Constant(1, fit.parameters.back().sd))
                                  : ThetaPrior(coefficient_law(campaign.ship), fit.parameters.back().sd);
+  fit.faults = static_cast<Eigen::Index>(campaign.free_faults.size());
+  const Eigen::Index coefficients = fit.stated.size() - 1;
+  fit.parameters.insert(fit.parameters.end() - 1, campaign.free_faults.begin(), campaign.free_faults.end());
+  fit.stated = fit.stated.with(coefficients, Eigen::VectorXd::Ones(fit.faults));
   const auto p = static_cast<Eigen::Index>(fit.parameters.size());
   fit.theta = Eigen::VectorXd::Zero(p);
   fit.noise = first_noise(campaign);
@@ -239,14 +243,15 @@ FittedNull fit_null(const Campaign& campaign, const FitOptions& options, const F
   fit.level_prior_sd[kTauLevel] = kPolicy.fit.tau_prior_sd;
   fit.level_prior_sd[kWindLevel] = kPolicy.fit.wind_prior_sd;
   if (near_by) {
-    fit.theta = near_by->theta;
+    fit.theta << near_by->theta.head(coefficients), Eigen::VectorXd::Zero(fit.faults), near_by->theta.tail(1);
     fit.noise = near_by->noise;
   }
 
   const Hypothesis nothing;
   Climb climb(campaign, fit, nothing, options, true);
   if (near_by) {
-    fit.prior = near_by->prior;
+    fit.prior =
+        near_by->prior.without(coefficients, near_by->faults).with(coefficients, Eigen::VectorXd::Ones(fit.faults));
     fit.scale = near_by->scale;
     // Outliers are judged by its noise: levels that moved first would hide them.
     try {

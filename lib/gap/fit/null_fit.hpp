@@ -10,8 +10,9 @@ namespace leeway::gap {
 /// The simulator fitted within its stated uncertainty: parameters, noise levels, and the model along the smoothed path.
 struct FittedNull {
   std::vector<UncertainParameter> parameters;
-  Eigen::VectorXd theta;     ///< ln of the factors, then coordinates of effects that are fitted, then the timing
-  Eigen::Index effects = 0;  ///< number of the coordinates
+  /// ln of the factors, numbers of sensors' faults that are free, coordinates of effects that are fitted, the timing.
+  Eigen::VectorXd theta;
+  Eigen::Index faults = 0, effects = 0;  ///< how many of the second and third
   Noise noise;
   std::vector<LinearStretch> stretches;  ///< linearized at theta along the filtered paths
   std::vector<Smoothed> smoothed;
@@ -24,6 +25,8 @@ struct FittedNull {
   Levels level_prior_mean, level_prior_sd;
   LevelCurvature level_curvature = LevelCurvature::Identity();
   NullFit report;
+
+  Eigen::Index coefficients() const { return theta.size() - 1 - effects - faults; }
 };
 
 struct FitOptions {

@@ -205,7 +205,7 @@ struct LocatePolicy {
 /// Comparison of hypotheses.
 struct ComparePolicy {
   double sets_of_effects = 5.0;  ///< [-] by that nothing missing is believed with 1 to so many before, one effect with 2, two with 1, three with 1/2, and so on | origin: choice
-  double least_current_sd = 0.02;  ///< [-] of the greatest sd of a varying current: from there the grid of its sd begins | origin: choice
+  double least_current_sd = 0.005;  ///< [-] of the greatest sd of a varying current: from there the grid of its sd begins | origin: choice, 0.75 mm/s at 3 m, below what recordings show
   double far_behind_best_start = 5.0;  ///< [nats] of expected gain behind the best start: not tried | origin: choice, time
   double worse_than_without = 2.0;  ///< [nats] below the fit without an effect, or at another scale of the coefficients: it has converged to a worse optimum | origin: choice; at 0 a rudder that lost half its force stayed at 0.67 +- 0.30 for 0.75 nats (docs/gap-method.md)
   double likelier_than_not = 0.5;  ///< [-] stated probability above which a set is chosen against one of fewer names, and nothing missing is not claimed | origin: theory, then fewest names are wrong or missing (Barbieri & Berger 2004, Annals of Statistics 32); without it a pair of an opened development set stated with 0.67 has one name less; what is likelier than nothing missing left 6 of 135 nulls undecided besides
@@ -282,8 +282,7 @@ struct ComparePolicy {
   double least_p = 1e-300;  ///< [-] floor of a p-value before its logarithm | origin: choice, rounding
   std::size_t refitted_beside = 3;  ///< [effects] that are tested anew with noise levels that fit them, beside what was chosen | origin: choice, time
   std::int64_t quadrature = 60;  ///< [points] in time of a course's covariance | origin: choice
-  std::int64_t grid = 40;  ///< [values] of the standard deviation and of the time constant of a varying current | origin: choice
-  double tau_reach_sd = 3.0;  ///< [prior sd] of the logarithm of a time constant that the grid covers to each side | origin: choice
+  std::int64_t grid = 60;  ///< [values] of the standard deviation and of the time constant of a varying current | origin: choice
   double widest_sd = 8.0;  ///< [sd] of the process's prior that the grid covers | origin: choice
 };
 
@@ -313,6 +312,7 @@ struct DecidePolicy {
   std::int64_t sensed_level_steps = 5;  ///< [steps] of BFGS to the noise levels with a fault in the measurement function | origin: choice, time
   std::size_t sensed_parts = 4;  ///< [parts] of a time step of the filter, between which the simulator's path is a spline where sensors are late | origin: measured, a filter of 0.5 s at 1 Hz on a ship that rudders turn fast: with 1 it is 0.7 nats behind a latency, with 4 0.7 ahead; lags as states that go with the ship would need none
   double sensed_step = 0.02;  ///< [usual sizes] of a fault's number to both sides for what it does | origin: choice, far below its sd
+  std::size_t sensed_passes = 2;  ///< [passes] in which paths get to know faults whose numbers stand, outliers judged in the last | origin: choice, as sensed_levels_at
   double sensed_converged_sd = 0.1;  ///< [sd] by which a number still moves when it has settled | origin: choice
   double refined_limit_sd = 2.0;  ///< [sd] of the audit within which it stays | origin: choice
 };

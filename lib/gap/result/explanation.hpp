@@ -47,6 +47,9 @@ struct Explained {
   /// With this hypothesis, the probability that a coefficient is off by far more than the ship file states.
   std::map<std::string, double> coefficients_off{};
   std::vector<ExplainedParameter> parameters;
+  /// With this hypothesis, how far a number of a sensor's fault is from that which was corrected, in units of what was
+  /// left open of it; by the name of its first parameter.
+  std::map<std::string, Estimate> of_faults{};
   std::vector<std::string> confusable_with;   ///< names of hypotheses that the recordings do not exclude against this
   std::vector<Said> said{};                   ///< of each effect and fault
   std::string separating_maneuver, sentence;  ///< the same in one

@@ -27,6 +27,8 @@ struct Fault {
   std::string separating_maneuver{};  ///< what distinguishes it from its look-alikes
   std::vector<Fault> rivals{};        ///< that predict what was left out no worse for certain: may stand in its place
   double log_odds = 0.0;              ///< of a rival: ln likelihood of all that was left out, against that fault [nats]
+  /// By how much fits may take each parameter to be another than was corrected, one sd in its unit; none: not at all.
+  std::vector<double> left_open{};
 };
 
 /// What a channel of the recordings is like, apart from what the ship does.

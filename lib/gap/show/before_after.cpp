@@ -194,7 +194,7 @@ class BeforeAfterRuns {
   }
 
   Ship::JointUncertainty covariance_of_coefficients() const {
-    const Eigen::Index n = fit_.theta.size() - 1 - fit_.effects;
+    const Eigen::Index n = fit_.coefficients();
     Ship::JointUncertainty joint{{}, posterior_covariance(fit_).topLeftCorner(n, n)};
     for (Eigen::Index i = 0; i < n; ++i) {
       const UncertainParameter& p = fit_.parameters[static_cast<std::size_t>(i)];
@@ -207,7 +207,7 @@ class BeforeAfterRuns {
   // Whether the recordings speak for coefficients other than those of the ship file, after what their freedom costs.
   bool are_likelier(const Evidence& total) const {
     Eigen::VectorXd as_stated = fit_.prior.sd();
-    as_stated.head(as_stated.size() - 1 - fit_.effects).setConstant(kPolicy.show.as_stated_log_sd);
+    as_stated.head(fit_.coefficients()).setConstant(kPolicy.show.as_stated_log_sd);
     return marginal(total, fit_.theta, fit_.prior) >
            marginal(total, fit_.theta, ThetaPrior(as_stated)) + kPolicy.show.likelier_nats;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -16,6 +18,7 @@
 #include "gap/decide/found.hpp"
 #include "gap/fit/coefficient_scale.hpp"
 #include "gap/result/phrases.hpp"
+#include "gap/sensors/sensor_faults.hpp"
 #include "gap/show/next_maneuver.hpp"
 
 namespace leeway::gap {
@@ -53,10 +56,10 @@ class ParametersOf {
     const FreeEffect& effect = fitted_.hypothesis.effects[span.effect];
     const Eigen::VectorXd mean = z_.mean.segment(span.first, span.count);
     const Eigen::MatrixXd covariance = z_.covariance.block(span.first, span.first, span.count, span.count);
-    if (search_start(effect.name()) == SearchStart::course) return add_process(span, mean, fitted_.kappa * covariance);
     Known z{{mean, covariance}, without_prior({mean, covariance})};
     z.best.covariance *= fitted_.kappa;
     z.recorded.covariance *= fitted_.kappa;
+    if (search_start(effect.name()) == SearchStart::course) return add_process(span, z.recorded);
     if (span.effects == 1)
       return add(effect, effect.recording() ? campaign_.recordings[*effect.recording()].name : "", z);
     const Eigen::Index n = effect.size();
@@ -119,11 +122,11 @@ class ParametersOf {
     }
   }
 
-  void add_process(const EffectSpan& span, const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const {
+  void add_process(const EffectSpan& span, const Coordinates& recorded) const {
     const auto first = fitted_.hypothesis.effects.begin() + static_cast<std::ptrdiff_t>(span.effect);
     const std::vector<FreeEffect> courses(first, first + static_cast<std::ptrdiff_t>(span.effects));
     const auto before = current_process(campaign_.ship, {}, {}, {}),
-               after = current_process(campaign_.ship, courses, mean, covariance);
+               after = current_process(campaign_.ship, courses, recorded.mean, recorded.covariance);
     for (std::size_t i = 0; i < after.size(); ++i)
       result_.parameters.push_back({first->name(), after[i].name, "", after[i].estimate, after[i].sd, after[i].low,
                                     after[i].high, before[i].low, before[i].high});
@@ -166,11 +169,38 @@ void limit_unknown(Explanation& explanation) {
                                                               : kPolicy.show.other_form * both / named;
 }
 
-std::vector<ExplainedParameter> estimates_of(const Fault& fault) {
+// A fault's parameters as a hypothesis has them.
+//   moved  as Explained has it
+std::vector<ExplainedParameter> estimates_of(const Fault& fault, const std::map<std::string, Estimate>& moved = {}) {
   std::vector<ExplainedParameter> result;
-  for (const Estimate& e : fault.parameters)
-    result.push_back({fault.name, e.name, "", e.value, e.sd, e.value - kPolicy.show.student95 * e.sd,
-                      e.value + kPolicy.show.student95 * e.sd, kMissing, kMissing});
+  const auto add = [&](const Estimate& e, double value, double sd) {
+    const double reach = kPolicy.show.student95 * sd;
+    result.push_back({fault.name, e.name, "", value, sd, value - reach, value + reach, kMissing, kMissing});
+  };
+  const FaultCandidate* candidate = candidate_of(fault);
+  for (std::size_t i = 0, number = 0; i < fault.parameters.size(); ++number) {
+    const auto by = moved.find(fault.parameters[i].name);
+    for (const std::size_t end = i + (candidate ? candidate->numbers[number].size() : 1); i < end; ++i) {
+      const Estimate& e = fault.parameters[i];
+      if (by == moved.end())
+        add(e, e.value, e.sd);
+      else
+        add(e, e.value + by->second.value * fault.left_open[i], by->second.sd * fault.left_open[i]);
+    }
+  }
+  return result;
+}
+
+// The numbers of faults that are free in a fit, as Explained has them.
+std::map<std::string, Estimate> moved_faults(const Fitted& fitted) {
+  const FittedNull& fit = fitted.fit;
+  std::map<std::string, Estimate> result;
+  if (fit.faults == 0) return result;
+  const Eigen::MatrixXd covariance = fitted.kappa * posterior_covariance(fit);
+  for (Eigen::Index i = fit.coefficients(); i < fit.coefficients() + fit.faults; ++i) {
+    const std::string& name = fit.parameters[static_cast<std::size_t>(i)].name;
+    result[name] = {name, fit.theta[i], std::sqrt(covariance(i, i))};
+  }
   return result;
 }
 
@@ -200,7 +230,6 @@ SensorHypothesis sensor_hypothesis(const Findings& findings) {
     sensors.log_evidence += fault.heldout_gain;
     sensors.heldout_gain += fault.heldout_gain;
     sensors.heldout_gain_sd = std::hypot(sensors.heldout_gain_sd, fault.heldout_gain_sd);
-    for (const ExplainedParameter& p : estimates_of(fault)) sensors.parameters.push_back(p);
   }
   return found;
 }
@@ -284,6 +313,7 @@ void report_hypotheses(Explanation& explanation, const Comparison& comparison, s
     hypothesis.probability = probabilities[i];
     hypothesis.unseen = unseen[i];
     hypothesis.coefficients_off = coefficients_off(all[i].fit);
+    hypothesis.of_faults = moved_faults(all[i]);
   }
   limit_unknown(explanation);
   note_unconverged_none(explanation, all);
@@ -366,7 +396,10 @@ void add_sensors(Explanation& explanation, const Findings& findings) {
     hypothesis.log_evidence += sensors.log_evidence;
     hypothesis.heldout_gain += sensors.heldout_gain;
     hypothesis.heldout_gain_sd = std::hypot(hypothesis.heldout_gain_sd, sensors.heldout_gain_sd);
-    hypothesis.parameters.insert(hypothesis.parameters.begin(), sensors.parameters.begin(), sensors.parameters.end());
+    std::vector<ExplainedParameter> parameters;
+    for (const Fault& fault : findings.audit.faults)
+      std::ranges::move(estimates_of(fault, hypothesis.of_faults), std::back_inserter(parameters));
+    hypothesis.parameters.insert(hypothesis.parameters.begin(), parameters.begin(), parameters.end());
   }
   explanation.hypotheses.push_back(std::move(nothing));
 }

@@ -8,7 +8,7 @@ namespace leeway::gap {
 
 std::vector<CoefficientFactor> coefficient_changes(const FittedNull& fit, const Eigen::VectorXd& theta, double least) {
   std::vector<CoefficientFactor> changes;
-  for (Eigen::Index i = 0; i < theta.size() - 1 - fit.effects; ++i)
+  for (Eigen::Index i = 0; i < fit.coefficients(); ++i)
     if (std::abs(theta[i]) > least) changes.push_back(changed(fit.parameters[static_cast<std::size_t>(i)], theta[i]));
   return changes;
 }

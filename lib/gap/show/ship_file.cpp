@@ -32,7 +32,7 @@ using Modules = std::vector<std::string>;
 std::optional<Fitted> fitted_alone(const Answered& of, const Modules& free) {
   Fitted result = of.answer;
   FittedNull& fit = result.fit;
-  for (Eigen::Index i = 0; i < fit.theta.size() - 1 - fit.effects; ++i) {
+  for (Eigen::Index i = 0; i < fit.coefficients(); ++i) {
     const UncertainParameter& p = fit.parameters[static_cast<std::size_t>(i)];
     if (std::any_of(free.begin(), free.end(), [&](const std::string& m) { return is_of_module(p.name, m); })) continue;
     fit.theta[i] = 0.0;
@@ -130,7 +130,7 @@ class FileJudge {
   }
 
  private:
-  Eigen::Index count() const { return fit_.theta.size() - 1 - fit_.effects; }
+  Eigen::Index count() const { return fit_.coefficients(); }
   Eigen::VectorXd coefficients(const Eigen::VectorXd& of) const { return of.head(count()); }
   Eigen::MatrixXd coefficients(const Eigen::MatrixXd& of) const { return of.topLeftCorner(count(), count()); }
   struct Tried {

@@ -11,18 +11,21 @@ using namespace leeway;
 
 namespace {
 
-// Two recordings in wind, linearized, one with an event, and with what was not measured here and there.
+// Two recordings in wind, linearized, one with an event, with what was not measured here and there, and with a bias of
+// the heading that is free.
 std::vector<gap::LinearStretch> windy_stretches(const Ship& ship) {
   const std::vector<Trajectory> recordings = test::recorded(
       {.ship = "esso-osaka-3m", .recordings = 2, .duration_s = 300.0, .wind_mps = 2.0}, read_ship("esso-osaka-3m"));
   gap::Campaign campaign = gap::prepare(ship, recordings, {});
-  const auto coefficients = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size());
+  const auto timing = static_cast<Eigen::Index>(gap::uncertain_parameters(ship).size()) - 1;
   std::vector<gap::LinearStretch> result;
   for (gap::Stretch& stretch : campaign.stretches) {
     for (std::size_t k = 5; k < stretch.measured.size(); k += 7) stretch.measured[k].head<2>().setConstant(kMissing);
     for (std::size_t k = 3; k < stretch.measured.size(); k += 11) stretch.measured[k].setConstant(kMissing);
+    stretch.by_faults.first = timing;
+    stretch.by_faults.at.assign(stretch.size(), 0.01 * gap::Vec6::Unit(2));
     const auto data = std::make_shared<const gap::Stretch>(stretch);
-    result.push_back(gap::linearize(ship, data, gap::measured_path(*data), Eigen::VectorXd::Zero(coefficients)));
+    result.push_back(gap::linearize(ship, data, gap::measured_path(*data), Eigen::VectorXd::Zero(timing + 2)));
   }
   result[0].event_scale.assign(result[0].path.size(), Vec3<double>::Ones());
   for (std::size_t k = 10; k < 20; ++k) result[0].event_scale[k] = {3.0, 1.0, 2.0};
