@@ -26,7 +26,7 @@ bool is_faint(const Fault& fault, double false_alarm) { return is_faint(fault.p_
 
 bool is_early(const Fault& fault) { return traits_of(fault.name).is_late_only && fault.parameters.front().value < 0.0; }
 
-bool can_be_compared(const Fault& fault) { return traits_of(fault.name).shows_in_forces; }
+bool can_be_compared(const Fault& fault) { return candidate_of(fault) != nullptr; }
 
 void withdraw(Findings& findings, std::vector<Fault> certain, const std::string& why) {
   std::vector<Fault>& faults = findings.audit.faults;
@@ -35,20 +35,6 @@ void withdraw(Findings& findings, std::vector<Fault> certain, const std::string&
       findings.audit.notices.push_back(
           fmt::format("{} (p = {:.2g}): not so, since {}", fault.sentence, fault.p_value, why));
   faults = std::move(certain);
-}
-
-double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajectory>& recordings) {
-  double sum = 0.0;
-  for (const Fault& fault : faults)
-    for (const Estimate& scale : fault.parameters) {
-      const FaultParameterInfo* parameter = find_fault_parameter(scale.name);
-      if (parameter == nullptr || !parameter->scaled) continue;
-      for (const Trajectory& recording : recordings)
-        sum -= std::log1p(scale.value) * static_cast<double>(std::count_if(
-                                             recording[*parameter->scaled].begin(), recording[*parameter->scaled].end(),
-                                             [](double value) { return std::isfinite(value); }));
-    }
-  return sum;
 }
 
 namespace {

@@ -18,14 +18,11 @@ void share_rate(Audit& audit);
 bool is_faint(const Fault& fault, double false_alarm);
 /// Sensors are late, not early; positions that are early stand for all others that are late.
 bool is_early(const Fault& fault);
-/// Likelihoods with and without a fault can be compared where its correction does not filter a channel.
+/// Whether its numbers can be free in the measurement function; those of a current move the ship.
 bool can_be_compared(const Fault& fault);
 
 /// Leaves the faults that are certain, and says why the others are not so.
 void withdraw(Findings& findings, std::vector<Fault> certain, const std::string& why);
-
-/// ln |d corrected / d recorded|, by which the likelihood of what was recorded differs from that of what was corrected.
-double log_jacobian(const std::vector<Fault>& faults, const std::vector<Trajectory>& recordings);
 
 /// The likeliest numbers of faults, within two standard errors of the audit, since what is left of a bias looks like
 /// missing physics, and what is missing like a bias. Each fault gives way to a likelier one of its rivals or, where a

@@ -148,22 +148,19 @@ void Investigator::fit_anew(const FittedNull* near_by) {
 
 void Investigator::fit() { fit_anew(); }
 
-double Investigator::log_likelihood(const std::vector<Fault>& corrected) const {
-  const NullFit& report = result.null.report;
-  return report.log_likelihood_per_sample * static_cast<double>(report.samples) + log_jacobian(corrected, reread_);
-}
-
 void Investigator::withdraw_faint_faults() {
   Findings& findings = result.findings;
   std::erase_if(certain_, [&](const Fault& f) { return is_faint(f, options_.false_alarm) && can_be_compared(f); });
   if (!findings.corrected || ensemble_ || certain_.size() >= findings.audit.faults.size()) return;
-  const double with = log_likelihood(findings.audit.faults);
+  const SensedCampaign sensed(prepare(ship_, moving(reread_), campaign_options_), result.null, scale_, options_.jobs);
+  std::vector<Fault> all = findings.audit.faults, without = certain_;
+  const std::optional<double> of_all = sensed.fit(all), of_certain = sensed.fit(without);
+  const double gained = of_all && of_certain ? *of_certain - *of_all : 0.0;
   correct(certain_);
   fit_anew();
-  const double gained = log_likelihood(certain_) - with;
   if (gained > kPolicy.decide.contradicted) {
     withdraw(findings, std::move(certain_),
-             fmt::format("the simulator then follows the recordings worse (log-odds {:.0f})", gained));
+             fmt::format("the simulator follows the recordings better without it (log-odds {:.0f})", gained));
     findings.corrected = is_corrected();
   } else {
     judge_by_forces(findings.audit.faults);

@@ -33,8 +33,8 @@ class Investigator {
   void audit_sensors();
   /// The simulator fitted within its stated uncertainty.
   void fit();
-  /// A faint fault, corrected where there is none, would look like missing physics: it stays only where the simulator
-  /// does not follow the recordings better without its correction. Its p-value is then what the filter says as well, if
+  /// A faint fault, corrected where there is none, would look like missing physics: it stays only where the recordings
+  /// are not likelier without it in the measurement function. Its p-value is then what the filter says as well, if
   /// that is smaller.
   void withdraw_faint_faults();
   /// Faults that the kinematics leave open, as the filter sees them, which knows the ship's forces and the sizes of the
@@ -54,7 +54,6 @@ class Investigator {
   /// Without frozen channels, which say nothing.
   std::vector<Trajectory> moving(const std::vector<Trajectory>& recordings) const;
   void correct(const std::vector<Fault>& faults);
-  double log_likelihood(const std::vector<Fault>& corrected) const;
   void fit_anew(const FittedNull* near_by = nullptr);
   bool is_corrected() const;
   /// p-values of faults that the filter sees beside a fit without them.

@@ -55,7 +55,6 @@ struct FaultParameterInfo {
   double usual_sd;        ///< SI, the same: how large faults are where there are any
   bool in_track;          ///< whether it shows in eta' - R(psi) nu
   bool in_heading;        ///< whether it shows in psi' - r
-  std::optional<Channel> scaled = std::nullopt;  ///< the channel of which it is a factor - 1
 };
 const FaultParameterInfo& info(FaultParameter parameter);
 /// Nothing for a name that is none.
@@ -63,8 +62,6 @@ const FaultParameterInfo* find_fault_parameter(std::string_view name);
 
 /// What a fault is to those who treat it: they ask these, never its name.
 struct FaultTraits {
-  /// An offset, a factor or an arm: forces show it too, so that the simulator can refine its number or contradict it.
-  bool shows_in_forces = false;
   /// A negative number would be a sensor ahead of its time. Not of positions: that they are early stands for all others
   /// being late.
   bool is_late_only = false;

@@ -11,15 +11,13 @@
 using namespace leeway;
 
 TEST_CASE("sensor faults: members of one name have the same traits, and name simpler ones that exist", "[gap][audit]") {
-  std::set<std::string_view> late, in_forces;
+  std::set<std::string_view> late;
   for (const gap::FaultCandidate& fault : gap::fault_library()) {
     CAPTURE(fault.name);
     const gap::FaultTraits& first = gap::traits_of(fault.name);
     CHECK(fault.traits.is_late_only == first.is_late_only);
-    CHECK(fault.traits.shows_in_forces == first.shows_in_forces);
     CHECK(fault.traits.simpler == first.simpler);
     if (first.is_late_only) late.insert(fault.name);
-    if (first.shows_in_forces) in_forces.insert(fault.name);
     if (!first.simpler.empty())
       CHECK(
           std::any_of(gap::fault_library().begin(), gap::fault_library().end(), [&](const gap::FaultCandidate& other) {
@@ -27,16 +25,11 @@ TEST_CASE("sensor faults: members of one name have the same traits, and name sim
           }));
   }
   CHECK(late == std::set<std::string_view>{"velocity-latency", "heading-latency", "rate-latency", "sensor-filter"});
-  CHECK(in_forces ==
-        std::set<std::string_view>{"heading-bias", "lever-arm", "log-scale", "log-bias", "rate-bias", "rate-scale"});
-  CHECK_FALSE(gap::traits_of("tug").shows_in_forces);
+  CHECK_FALSE(gap::traits_of("tug").is_late_only);
 }
 
-TEST_CASE("sensor faults: factors say of which channel", "[gap][audit]") {
-  CHECK(gap::find_fault_parameter("log_scale")->scaled == Channel::u);
-  CHECK(gap::find_fault_parameter("sway_log_scale")->scaled == Channel::vm);
-  CHECK(gap::find_fault_parameter("rate_scale")->scaled == Channel::r);
-  CHECK_FALSE(gap::find_fault_parameter("rate_bias_degps")->scaled.has_value());
+TEST_CASE("sensor faults: parameters are known by their names, and others are none", "[gap][audit]") {
+  CHECK(gap::find_fault_parameter("rate_scale")->parameter == gap::FaultParameter::rate_scale);
   CHECK(gap::find_fault_parameter("h_over_T") == nullptr);
 }
 
