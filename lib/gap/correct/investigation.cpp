@@ -129,11 +129,8 @@ void Investigator::audit_sensors() {
 
 void Investigator::fit_anew(const FittedNull* near_by) {
   progress(0.10, "fit within the stated uncertainty");
-  result.campaign = prepare(ship_, moving(recordings_), campaign_options_);
-  const std::vector<Fault>& faults = result.findings.audit.faults;
-  if (!faults.empty() && !faults.front().left_open.empty())
-    result.campaign = as_sound(std::move(result.campaign), prepare(ship_, moving(reread_), campaign_options_),
-                               result.null, faults, scale_, options_.jobs);
+  result.campaign = with_free_faults(prepare(ship_, moving(recordings_), campaign_options_), result.null,
+                                     result.findings.audit.faults);
   result.null = fit_null(result.campaign, fit_options_, near_by);
   // Where a course is kept rudders are no inputs, but follow the ship.
   if (!ensemble_)

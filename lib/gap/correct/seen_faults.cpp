@@ -225,6 +225,39 @@ SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::siz
   return result;
 }
 
+Campaign with_free_faults(Campaign campaign, const FittedNull& before, const std::vector<Fault>& faults) {
+  const auto has_same_times = [](const Stretch& a, const LinearStretch& b) { return a.t_s == b.data->t_s; };
+  if (!std::ranges::equal(campaign.stretches, before.stretches, has_same_times)) return campaign;
+  std::vector<Eigen::VectorXd> numbers;  // how much of each parameter of all faults one moves [SI]
+  for (const Fault& fault : faults) {
+    const FaultCandidate* candidate = candidate_of(fault);
+    if (candidate == nullptr || fault.left_open.empty()) continue;
+    std::size_t i = 0;
+    for (const std::vector<FaultParameter>& number : candidate->numbers) {
+      Eigen::VectorXd& moves = numbers.emplace_back(Eigen::VectorXd::Zero(kCount));
+      for (const FaultParameter parameter : number)
+        moves[static_cast<Eigen::Index>(parameter)] = fault.left_open[i] * info(parameter).unit;
+      UncertainParameter& free = campaign.free_faults.emplace_back();
+      free.name = fault.parameters[i].name;
+      free.sd = 1.0;
+      free.is_of_sensor = true;
+      i += number.size();
+    }
+  }
+  if (numbers.empty()) return campaign;
+  const double usual_delay_s = kPolicy.sensors.usual_delay_s * FroudeScale(campaign.ship.particulars.L_pp).time;
+  for (std::size_t s = 0; s < campaign.stretches.size(); ++s) {
+    FaultColumns& columns = campaign.stretches[s].by_faults;
+    columns.first = before.coefficients();
+    for (const PointColumns& by_parameter :
+         columns_along(campaign.stretches[s], before.smoothed[s].state, usual_delay_s)) {
+      auto& at = columns.at.emplace_back(kShipStates, static_cast<Eigen::Index>(numbers.size()));
+      for (std::size_t i = 0; i < numbers.size(); ++i) at.col(static_cast<Eigen::Index>(i)) = by_parameter * numbers[i];
+    }
+  }
+  return campaign;
+}
+
 std::optional<Fault> likeliest_of(const std::vector<SeenFault>& seen, const std::vector<Fault>& found) {
   std::vector<Fault> possible;
   for (const SeenFault& one : seen) {

@@ -28,6 +28,12 @@ struct SeenFaults {
 /// before counts as sound.
 SeenFaults seen_faults(const Campaign& campaign, const FittedNull& fit, std::size_t jobs, std::uint64_t seed);
 
+/// The campaign with the numbers that its recordings were corrected by free, as far as they are left open: columns of
+/// the measurement function, which fits take along with the coefficients, so that each hypothesis has its own. As it
+/// was where nothing is left open, or the points of time differ.
+///   before  a fit of it, or of nearly the same recordings
+Campaign with_free_faults(Campaign campaign, const FittedNull& before, const std::vector<Fault>& faults);
+
 /// The likeliest that may stand beside the faults that were found, with its log Bayes factor as log_odds: it is another
 /// one, matters, and no sensor is early. About as likely ones are its rivals.
 std::optional<Fault> likeliest_of(const std::vector<SeenFault>& seen, const std::vector<Fault>& found);

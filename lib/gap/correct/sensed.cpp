@@ -41,13 +41,6 @@ class FreeNumbers {
     }
     return z;
   }
-  /// What is left open of each, and whose it is.
-  double left_open(const std::vector<Fault>& faults, Eigen::Index i) const {
-    return faults[at(i).fault].left_open[at(i).first] / at(i).unit;
-  }
-  const std::string& name(const std::vector<Fault>& faults, Eigen::Index i) const {
-    return faults[at(i).fault].parameters[at(i).first].name;
-  }
   void set(std::vector<Fault>& faults, const Eigen::VectorXd& z, const Eigen::VectorXd& sd) const {
     for (Eigen::Index i = 0; i < size(); ++i) {
       const Place& place = at(i);
@@ -120,36 +113,6 @@ class SensedFit {
                                  numbers_.size())) {
     for (std::size_t s = 0; s < recorded.stretches.size(); ++s)
       fit_.stretches[s].data = std::make_shared<const Stretch>(recorded.stretches[s]);
-  }
-
-  // What the sensors read, once the paths know the faults and what lies outside.
-  void follow() {
-    for (std::size_t pass = 0; pass < kPolicy.decide.sensed_passes; ++pass) {
-      sense();
-      if (pass + 1 == kPolicy.decide.sensed_passes) leave_out_outliers();
-      go(Eigen::VectorXd::Zero(fit_.theta.size()), Eigen::VectorXd::Zero(z_.size()));
-    }
-    sense();
-  }
-
-  // Puts what sound sensors would have measured, and the free numbers, on the stretches of a campaign.
-  void put_on(Campaign& campaign) const {
-    for (std::size_t s = 0; s < columns_.size(); ++s) {
-      Stretch& stretch = campaign.stretches[s];
-      stretch.by_faults.first = near_by_.coefficients();
-      for (std::size_t k = 0; k < stretch.size(); ++k) {
-        stretch.measured[k] = recorded_.stretches[s].measured[k] -
-                              (fit_.stretches[s].mean_offset[k] - near_by_.stretches[s].mean_offset[k]);
-        stretch.by_faults.at.emplace_back(columns_[s][k]);
-        for (Eigen::Index i = 0; i < z_.size(); ++i)
-          stretch.by_faults.at.back().col(i) *= numbers_.left_open(faults_, i);
-      }
-    }
-    for (Eigen::Index i = 0; i < z_.size(); ++i) {
-      UncertainParameter& number = campaign.free_faults.emplace_back();
-      number = {.name = numbers_.name(faults_, i), .sd = 1.0};
-      number.is_of_sensor = true;
-    }
   }
 
   std::optional<double> settle() {
@@ -272,30 +235,15 @@ class SensedFit {
   std::vector<PriorWidths> widths_;
 };
 
-bool has_times_of(const FittedNull& fit, const Campaign& campaign) {
-  return std::ranges::equal(campaign.stretches, fit.stretches,
-                            [](const Stretch& a, const LinearStretch& b) { return a.t_s == b.data->t_s; });
-}
-
 }  // namespace
 
 SensedCampaign::SensedCampaign(Campaign recorded, const FittedNull& near_by, const FroudeScale& scale, std::size_t jobs)
     : recorded_(std::move(recorded)), near_by_(near_by), scale_(scale), jobs_(jobs) {}
 
 std::optional<double> SensedCampaign::fit(std::vector<Fault>& faults) const {
-  if (!has_times_of(near_by_, recorded_)) return std::nullopt;
+  const auto has_same_times = [](const Stretch& a, const LinearStretch& b) { return a.t_s == b.data->t_s; };
+  if (!std::ranges::equal(recorded_.stretches, near_by_.stretches, has_same_times)) return std::nullopt;
   return SensedFit(recorded_, near_by_, faults, scale_, jobs_).settle();
-}
-
-Campaign as_sound(Campaign corrected, const Campaign& recorded, const FittedNull& near_by,
-                  const std::vector<Fault>& faults, const FroudeScale& scale, std::size_t jobs) {
-  const bool is_open = !faults.empty() && std::ranges::none_of(faults, &std::vector<double>::empty, &Fault::left_open);
-  if (!is_open || !has_times_of(near_by, recorded) || !has_times_of(near_by, corrected)) return corrected;
-  std::vector<Fault> here = faults;
-  SensedFit sensed(recorded, near_by, here, scale, jobs);
-  sensed.follow();
-  sensed.put_on(corrected);
-  return corrected;
 }
 
 }  // namespace leeway::gap

@@ -28,15 +28,4 @@ class SensedCampaign {
   std::size_t jobs_;
 };
 
-/// A campaign as sound sensors would have measured it: what was recorded, less what faults add to it along the path of
-/// a fit near by. No channel is shifted or interpolated, so that its noise stays what it is, and a lag is undone
-/// exactly. The numbers of the faults stay free as far as they are left open: fits take them along with the
-/// coefficients, so that each hypothesis has its own. As it was where no number is left open, or the points of time
-/// differ.
-///   corrected  the same recordings, corrected
-///   recorded   without correction
-///   near_by    the simulator fitted to corrected recordings, with these or nearly these numbers
-Campaign as_sound(Campaign corrected, const Campaign& recorded, const FittedNull& near_by,
-                  const std::vector<Fault>& faults, const FroudeScale& scale, std::size_t jobs);
-
 }  // namespace leeway::gap

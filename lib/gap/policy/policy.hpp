@@ -312,7 +312,6 @@ struct DecidePolicy {
   std::int64_t sensed_level_steps = 5;  ///< [steps] of BFGS to the noise levels with a fault in the measurement function | origin: choice, time
   std::size_t sensed_parts = 4;  ///< [parts] of a time step of the filter, between which the simulator's path is a spline where sensors are late | origin: measured, a filter of 0.5 s at 1 Hz on a ship that rudders turn fast: with 1 it is 0.7 nats behind a latency, with 4 0.7 ahead; lags as states that go with the ship would need none
   double sensed_step = 0.02;  ///< [usual sizes] of a fault's number to both sides for what it does | origin: choice, far below its sd
-  std::size_t sensed_passes = 2;  ///< [passes] in which paths get to know faults whose numbers stand, outliers judged in the last | origin: choice, as sensed_levels_at
   double sensed_converged_sd = 0.1;  ///< [sd] by which a number still moves when it has settled | origin: choice
   double refined_limit_sd = 2.0;  ///< [sd] of the audit within which it stays | origin: choice
 };

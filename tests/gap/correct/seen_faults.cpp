@@ -39,6 +39,15 @@ const gap::SeenFault& likeliest(const std::vector<gap::SeenFault>& seen) {
   return *std::ranges::max_element(seen, {}, &gap::SeenFault::log_bayes_factor);
 }
 
+gap::Fault corrected_for(const char* name, const std::vector<gap::Estimate>& numbers,
+                         const std::vector<double>& left_open) {
+  gap::Fault fault;
+  fault.name = name;
+  fault.parameters = numbers;
+  fault.left_open = left_open;
+  return fault;
+}
+
 bool is_identified(const gap::SeenFaults& seen, double rate) {
   const gap::SeenFault& one = likeliest(seen.faults);
   const double chance = gap::chance_of_gain(seen.gains_of_nothing, one.log_bayes_factor);
@@ -109,6 +118,39 @@ TEST_CASE("filter: the columns of sensors are derivatives by what they add to th
   const double expected =
       with.log_likelihood + with.b.tail<2>().dot(beta) - 0.5 * beta.dot(with.F.bottomRightCorner<2, 2>() * beta);
   CHECK(gap::evidence(without, sound.fit.noise).log_likelihood == Approx(expected).epsilon(1e-9));
+}
+
+TEST_CASE("sensors: what a correction left of a fault is found beside the coefficients", "[gap]") {
+  const Ship ship = read_ship("esso-osaka-3m");
+  const test::SimulatedCampaign of{.ship = "esso-osaka-3m", .recordings = 3, .duration_s = 200.0, .wind_mps = 0.0};
+  const gap::FitOptions options{.jobs = 2};
+  // Corrected for 2 deg of 3, and for an arm of which nothing is left.
+  const gap::Campaign corrected = gap::prepare(ship, test::recorded(of, ship, {.heading_bias = 1.0 * kDegree}), {});
+  const gap::FittedNull before = gap::fit_null(corrected, options);
+  const gap::Fault heading = corrected_for("heading-bias", {{"heading_bias_deg", 2.0, 0.5}}, {1.0}),
+                   lever = corrected_for("lever-arm", {{"lever_x_m", 0.3, 0.05}, {"lever_y_m", 0.0, 0.05}}, {0.1, 0.1}),
+                   as_stated = corrected_for("log-scale", {{"log_scale", 0.05, 0.01}}, {});
+  const gap::Campaign campaign = gap::with_free_faults(corrected, before, {heading, as_stated, lever});
+  REQUIRE(campaign.free_faults.size() == 3);
+  const gap::FittedNull fit = gap::fit_null(campaign, options, &before);
+  CHECK(fit.faults == 3);
+  CHECK(fit.coefficients() == before.coefficients());
+  CHECK(fit.report.parameters.size() == before.report.parameters.size());
+  const Eigen::VectorXd moved = fit.theta.segment(fit.coefficients(), 3);
+  const Eigen::VectorXd sd = gap::posterior_covariance(fit).diagonal().segment(fit.coefficients(), 3).cwiseSqrt();
+  CHECK(std::abs(moved[0] - 1.0) < 4.0 * sd[0]);
+  CHECK(moved[0] > 4.0 * sd[0]);
+  CHECK(std::abs(moved[1]) < 4.0 * sd[1]);
+  CHECK(std::abs(moved[2]) < 4.0 * sd[2]);
+  // As likely as recordings that have no fault, but for what three numbers cost.
+  const gap::Campaign sound = gap::prepare(ship, test::recorded(of, ship, {}), {});
+  const double without = gap::log_evidence(gap::fit_null(sound, options));
+  CHECK(gap::log_evidence(fit) > without - 15.0);
+  CHECK(gap::log_evidence(fit) > gap::log_evidence(before));
+  // Nor are numbers freed where the points of time are others.
+  gap::Campaign other = corrected;
+  other.stretches.front().t_s.front() -= 0.5;
+  CHECK(gap::with_free_faults(other, before, {heading}).free_faults.empty());
 }
 
 TEST_CASE("sensors: the filter sees a planted fault at its size, and none where there is none", "[gap][long]") {
