@@ -356,6 +356,7 @@ void add_unknown(Explanation& explanation, const std::vector<std::string>& besid
   Explained unknown;
   if (without != explanation.hypotheses.end()) {
     unknown.parameters = without->parameters;
+    unknown.of_faults = without->of_faults;
     unknown.said = without->said;
   }
   unknown.effects = beside;
