@@ -6,6 +6,7 @@
 #include <set>
 
 #include <catch2/catch.hpp>
+#include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
@@ -627,6 +628,7 @@ TEST_CASE("gap-explain: a filter is told from a latency where it is long enough,
     CHECK(best.effects == explanation.chosen);
     CHECK(best.separating_maneuver.find("zigzags") != std::string::npos);
     CHECK(best.parameters.front().estimate == Approx(filter_s).margin(0.1));
+    CHECK_THAT(best.sentence, Contains(fmt::format("{:.2f} s (sd", best.parameters.front().estimate)));
     if (filter_s == 0.75) {
       CHECK(is_filter);
       continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -74,15 +75,19 @@ std::vector<std::string> clauses_of(const Explanation& explanation) {
   for (const Reading& reading : explanation.findings.conventions.contradicted)
     clauses.push_back(fmt::format("a wrong reading ({})", reading.claim()));
   const Explained* what = chosen_of(explanation);
-  const auto fault_of = [&](const std::string& name) -> const Fault* {
-    for (const Fault& fault : explanation.findings.audit.faults)
-      if (fault.name == name) return &fault;
-    return nullptr;
+  // With the numbers that it has beside what is named.
+  const auto fault_of = [&](const std::string& name) -> std::optional<std::string> {
+    const auto fault = std::ranges::find(explanation.findings.audit.faults, name, &Fault::name);
+    if (fault == explanation.findings.audit.faults.end()) return std::nullopt;
+    if (what != nullptr)
+      if (const auto said = std::ranges::find(what->said, name, &Said::name); said != what->said.end())
+        return said->sentence;
+    return fault->sentence;
   };
   for (const std::string& name : explanation.chosen) {
     if (name == "convention" || name == name_of_terms()) continue;
-    const Fault* fault = fault_of(name);
-    clauses.push_back(fault != nullptr  ? "a sensor fault (" + fault->sentence + ")"
+    const std::optional<std::string> fault = fault_of(name);
+    clauses.push_back(fault             ? "a sensor fault (" + *fault + ")"
                       : what != nullptr ? phrase(name, what->parameters)
                                         : name);
   }

@@ -18,6 +18,7 @@
 #include "gap/decide/found.hpp"
 #include "gap/fit/coefficient_scale.hpp"
 #include "gap/result/phrases.hpp"
+#include "gap/sensors/audit.hpp"
 #include "gap/sensors/sensor_faults.hpp"
 #include "gap/show/next_maneuver.hpp"
 
@@ -169,25 +170,28 @@ void limit_unknown(Explanation& explanation) {
                                                               : kPolicy.show.other_form * both / named;
 }
 
-// A fault's parameters as a hypothesis has them.
+// A fault with the numbers that a hypothesis has.
 //   moved  as Explained has it
-std::vector<ExplainedParameter> estimates_of(const Fault& fault, const std::map<std::string, Estimate>& moved = {}) {
-  std::vector<ExplainedParameter> result;
-  const auto add = [&](const Estimate& e, double value, double sd) {
-    const double reach = kPolicy.show.student95 * sd;
-    result.push_back({fault.name, e.name, "", value, sd, value - reach, value + reach, kMissing, kMissing});
-  };
+Fault as_moved(Fault fault, const std::map<std::string, Estimate>& moved) {
   const FaultCandidate* candidate = candidate_of(fault);
-  for (std::size_t i = 0, number = 0; i < fault.parameters.size(); ++number) {
-    const auto by = moved.find(fault.parameters[i].name);
-    for (const std::size_t end = i + (candidate ? candidate->numbers[number].size() : 1); i < end; ++i) {
-      const Estimate& e = fault.parameters[i];
-      if (by == moved.end())
-        add(e, e.value, e.sd);
-      else
-        add(e, e.value + by->second.value * fault.left_open[i], by->second.sd * fault.left_open[i]);
+  if (candidate == nullptr || fault.left_open.empty() || moved.empty()) return fault;
+  std::size_t i = 0;
+  for (const std::vector<FaultParameter>& number : candidate->numbers) {
+    const Estimate& by = moved.at(fault.parameters[i].name);
+    for (const std::size_t end = i + number.size(); i < end; ++i) {
+      fault.parameters[i].value += by.value * fault.left_open[i];
+      fault.parameters[i].sd = by.sd * fault.left_open[i];
     }
   }
+  rephrase(fault);
+  return fault;
+}
+
+std::vector<ExplainedParameter> estimates_of(const Fault& fault) {
+  std::vector<ExplainedParameter> result;
+  for (const Estimate& e : fault.parameters)
+    result.push_back({fault.name, e.name, "", e.value, e.sd, e.value - kPolicy.show.student95 * e.sd,
+                      e.value + kPolicy.show.student95 * e.sd, kMissing, kMissing});
   return result;
 }
 
@@ -398,8 +402,11 @@ void add_sensors(Explanation& explanation, const Findings& findings) {
     hypothesis.heldout_gain += sensors.heldout_gain;
     hypothesis.heldout_gain_sd = std::hypot(hypothesis.heldout_gain_sd, sensors.heldout_gain_sd);
     std::vector<ExplainedParameter> parameters;
-    for (const Fault& fault : findings.audit.faults)
-      std::ranges::move(estimates_of(fault, hypothesis.of_faults), std::back_inserter(parameters));
+    for (const Fault& found : findings.audit.faults) {
+      const Fault fault = as_moved(found, hypothesis.of_faults);
+      std::ranges::move(estimates_of(fault), std::back_inserter(parameters));
+      std::ranges::find(hypothesis.said, fault.name, &Said::name)->sentence = fault.sentence;
+    }
     hypothesis.parameters.insert(hypothesis.parameters.begin(), parameters.begin(), parameters.end());
   }
   explanation.hypotheses.push_back(std::move(nothing));
