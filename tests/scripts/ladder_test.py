@@ -19,6 +19,7 @@ sys.path.insert(0, str(ROOT / "scripts" / "proof"))
 import bayes  # noqa: E402
 import blame  # noqa: E402
 import campaign  # noqa: E402
+import filtered  # noqa: E402
 import law  # noqa: E402
 import model  # noqa: E402
 import physics  # noqa: E402
@@ -313,6 +314,42 @@ class Blame(unittest.TestCase):
         for some in sets.sets_of(terms, 2):
             used = list(itertools.chain(*(terms[i].coefficients for i in some)))
             self.assertEqual(len(used), len(set(used)))
+
+
+class Feedback(unittest.TestCase):
+    N, SD, ERROR = 30, np.array([0.03, 0.03, 0.002, 0.01, 0.01, 0.002]), np.array([1e-4, 2e-4, 1e-5])
+
+    def seen(self, columns, derivatives, n=N, error=ERROR):
+        t = np.arange(n, dtype=float)
+        track = {"t": t, "psi": 0.02 * t, "u": np.full(n, 0.5), "v": 0.05 * np.sin(0.1 * t)}
+        return track, filtered.innovations(track, np.broadcast_to(derivatives, (n, 3, 6)), columns, self.SD, error, 12.0)
+
+    def test_innovations_have_the_energy_that_the_covariance_says(self):
+        rng, n = np.random.default_rng(3), self.N
+        derivatives = np.hstack([np.zeros((3, 3)), [[-0.05, 0.0, 0.01], [0.0, -0.2, -0.3], [0.0, 0.1, -0.3]]])
+        columns = rng.standard_normal((2, 3, n)) * 1e-3
+        track, white = self.seen(columns, derivatives)
+        E, begin, end = filtered.transitions(track, np.broadcast_to(derivatives, (n, 3, 6)))
+        by_start, by_acceleration = [np.eye(6)], [np.zeros((6, 3 * n))]
+        for k in range(n - 1):
+            by_start.append(E[k] @ by_start[-1])
+            new = E[k] @ by_acceleration[-1]
+            new[:, 3 * k:3 * k + 3] += begin[k]
+            new[:, 3 * k + 3:3 * k + 6] += end[k]
+            by_acceleration.append(new)
+        start, response = np.concatenate(by_start), np.concatenate(by_acceleration)
+        kept = math.exp(-1.0 / 12.0) ** np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+        covariance = np.kron(np.eye(n), np.diag(self.SD**2)) + 1e4 * start @ np.diag(self.SD**2) @ start.T + response @ np.kron(kept, np.diag(self.ERROR**2)) @ response.T
+        read = response @ np.moveaxis(columns, 1, 2).reshape(2, -1).T
+        np.testing.assert_allclose(white @ white.T, read.T @ np.linalg.solve(covariance, read), rtol=1e-6)
+
+    def test_what_is_damped_shows_less(self):
+        n, steady = 241, np.zeros((1, 3, 241))
+        steady[0, 2] = 1e-5
+        damped = np.zeros((3, 6))
+        damped[2, 5] = -0.3
+        free, held = (np.linalg.norm(self.seen(steady, J, n, np.full(3, 1e-9))[1]) for J in (np.zeros((3, 6)), damped))
+        self.assertLess(held, 0.2 * free)
 
 
 if __name__ == "__main__":
