@@ -32,14 +32,27 @@ bool is_never_nothing(const FreeEffect& effect) {
   return bound_to(effect.name()) == BoundTo::nothing && !effect.neutral() && effect.log_strengths().empty();
 }
 
-// The start of what was added to a fit from the middle of its prior, with coefficients as stated: those that have moved
-// for what multiplies them hold a fit where it is nothing.
+// The start of what was added to a fit with coefficients as stated: those that have moved for what multiplies them hold
+// a fit where it is nothing. An effect that is nothing at no finite strength starts from the middle of its prior.
 Start as_stated(const Fitted& from, const Start& added) {
   Start start{added.hypothesis, Eigen::VectorXd::Zero(added.theta.size()), added.log_evidence};
   const Eigen::Index known = from.fit.theta.size() - 1;
   start.theta.segment(known - from.fit.effects, from.fit.effects) = coordinates_of(from.fit).mean;
+  Eigen::Index at = known;
+  for (std::size_t i = from.hypothesis.effects.size(); i < added.hypothesis.effects.size(); ++i) {
+    const FreeEffect& effect = added.hypothesis.effects[i];
+    if (!is_never_nothing(effect)) start.theta.segment(at, effect.size()) = added.theta.segment(at, effect.size());
+    at += effect.size();
+  }
   start.theta[start.theta.size() - 1] = from.fit.theta[known];
   return start;
+}
+
+// The same fit with coefficients that are no more uncertain than stated.
+Fitted with_stated_widths(Fitted fitted) {
+  fitted.fit.prior = fitted.fit.stated;
+  fitted.fit.scale = 1.0;
+  return fitted;
 }
 
 bool begins_and_ends(const Hypothesis& hypothesis) {
@@ -84,13 +97,19 @@ std::optional<Fitted> FitSearch::fitted_from(const Fitted& from, const Start& st
 std::optional<Fitted> FitSearch::likeliest(const Fitted& from, const std::vector<Start>& starts,
                                            std::size_t most_starts) const {
   std::optional<Fitted> best;
-  const auto try_from = [&](const Start& start) {
-    if (auto fitted = fitted_from(from, start); fitted && (!best || fitted->log_evidence > best->log_evidence))
-      best = std::move(fitted);
+  double reached = starts.front().log_evidence;
+  const auto keep = [&](std::optional<Fitted> fitted) {
+    if (!fitted) return;
+    reached = std::max(reached, fitted->log_evidence);
+    if (!best || fitted->log_evidence > best->log_evidence) best = std::move(fitted);
   };
+  const auto try_from = [&](const Start& start) { keep(fitted_from(from, start)); };
+  // First, since where coefficients stand in for an effect a fit is far from it, and the others are behind then.
+  if (from.fit.scale > 1.0 || may_begin_as_stated(from, starts.front()))
+    keep(fitted_from(with_stated_widths(from), as_stated(from, starts.front())));
   auto next = starts.begin();
   for (; next != starts.end() && next - starts.begin() < static_cast<std::ptrdiff_t>(most_starts); ++next) {
-    if (next->log_evidence < starts.front().log_evidence - kPolicy.compare.far_behind_best_start) break;
+    if (next->log_evidence < reached - kPolicy.compare.far_behind_best_start) break;
     try_from(*next);
   }
   // What is the same in all recordings has less to choose, however far behind a linear step leaves it.
@@ -99,7 +118,6 @@ std::optional<Fitted> FitSearch::likeliest(const Fitted& from, const std::vector
     const auto same = std::find_if(starts.begin(), starts.end(), is_same);
     if (same != starts.end() && same >= next) try_from(*same);
   }
-  if (may_begin_as_stated(from, starts.front())) try_from(as_stated(from, starts.front()));
   return best;
 }
 
@@ -120,13 +138,11 @@ std::optional<Fitted> FitSearch::fit(const Fitted& from, const std::vector<Start
   return best;
 }
 
-// Fits again from where a fit stands, as long as that gains; what it gained.
-double FitSearch::climb(Fitted& fitted, const Restart& restart) const {
-  const double before = fitted.log_evidence;
+// Fits again from where a fit stands, with so much of its model error at first, as long as that gains.
+void FitSearch::climb(Fitted& fitted, double model_error) const {
   for (int i = 0; i < kPolicy.compare.most_continuations; ++i) {
     FittedNull from = fitted.fit;
-    if (i == 0) from.noise.sigma_w *= restart.model_error;
-    if (i == 0 && restart.as_stated) from.theta.head(from.theta.size() - 1 - from.effects).setZero();
+    if (i == 0) from.noise.sigma_w *= model_error;
     std::optional<FittedNull> next = refit(from, fitted.hypothesis, from.theta);
     if (!next) break;
     const double gained = gap::log_evidence(*next) - fitted.log_evidence;
@@ -136,24 +152,20 @@ double FitSearch::climb(Fitted& fitted, const Restart& restart) const {
     }
     if (gained < kPolicy.compare.converged_gain) break;
   }
-  return fitted.log_evidence - before;
 }
 
 bool FitSearch::continue_fit(Fitted& fitted) const {
   const double before = fitted.log_evidence = gap::log_evidence(fitted.fit);
-  climb(fitted, {});
-  // Also from far below: where an effect has taken most of the model error away, its levels may have stopped halfway;
-  // and the coefficients far from what is stated, if they stood in for it.
-  for (const bool as_stated : {false, true}) climb(fitted, {kPolicy.compare.far_below, as_stated});
+  climb(fitted, 1.0);
+  // Also from far below: where an effect has taken most of the model error away, its levels may have stopped halfway.
+  climb(fitted, kPolicy.compare.far_below);
   return fitted.log_evidence > before + kPolicy.compare.converged_gain;
 }
 
 bool FitSearch::fit_as_stated(Fitted& fitted) const {
   const double before = fitted.log_evidence;
   if (!(fitted.fit.scale > 1.0)) return false;
-  Fitted other = fitted;
-  other.fit.prior = fitted.fit.stated;
-  other.fit.scale = 1.0;
+  Fitted other = with_stated_widths(fitted);
   Eigen::VectorXd theta = fitted.fit.theta;
   theta.head(theta.size() - 1 - fitted.fit.effects).setZero();
   std::optional<FittedNull> fit = refit(other.fit, other.hypothesis, theta);

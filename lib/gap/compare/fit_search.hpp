@@ -20,7 +20,7 @@ class FitSearch {
   /// The likeliest fit of what is added to `from`; nothing where the simulator runs away with it.
   ///   most_starts  from which it is fitted, the one of the largest expected gain first
   std::optional<Fitted> fit(const Fitted& from, const std::vector<Start>& starts, std::size_t most_starts) const;
-  /// Continues a fit as long as it gains, also from other noise levels and coefficients; whether it gained.
+  /// Continues a fit as long as it gains, also from other noise levels; whether it gained.
   bool continue_fit(Fitted& fitted) const;
   /// Fits again from coefficients as stated, which are no more uncertain than that; whether it gained.
   bool fit_as_stated(Fitted& fitted) const;
@@ -31,16 +31,11 @@ class FitSearch {
   std::optional<Fitted> better_none(Fitted none, const Fitted& other) const;
 
  private:
-  struct Restart {
-    double model_error = 1.0;  // by that of the fit
-    bool as_stated = false;    // the coefficients
-  };
-
   std::optional<FittedNull> refit(const FittedNull& from, const Hypothesis& hypothesis,
                                   const Eigen::VectorXd& theta) const;
   std::optional<Fitted> fitted_from(const Fitted& from, const Start& start) const;
   std::optional<Fitted> likeliest(const Fitted& from, const std::vector<Start>& starts, std::size_t most_starts) const;
-  double climb(Fitted& fitted, const Restart& restart) const;
+  void climb(Fitted& fitted, double model_error) const;
 
   const Campaign& campaign_;
   FitOptions options_;

@@ -66,7 +66,9 @@ class Selector {
 
   Selection run() {
     fit_all();
-    if (likeliest_ != 0 && comparison_.refit_none(likeliest_)) fit_all();
+    if (likeliest_ != 0 && evidence(likeliest_) - evidence(0) < kPolicy.compare.beyond_doubt &&
+        comparison_.refit_none(likeliest_))
+      fit_all();
     find_latent();
     take_likeliest();
     take_more();
@@ -123,26 +125,35 @@ class Selector {
     return expected < share * gained && expected < gained - far_behind;
   }
 
+  /// What one linear step expects to gain beside a fit [nats].
+  double expected_of(const std::vector<Start>& starts, std::size_t beside) const {
+    return starts.empty() ? 0.0 : starts.front().log_evidence - evidence(beside);
+  }
+
   /// What begins and ends is sought in the intervals where it was.
   std::vector<Start> starts_with(std::size_t from, const std::string& effect) const {
     if (search_start(effect) == SearchStart::interval)
       return starts_in_intervals(campaign_, comparison_.all()[from], effect, intervals_, options_.locate.jobs);
     return comparison_.starts_with(from, effect, {});
   }
-  /// The likeliest of the effects that begin and end.
-  std::optional<std::size_t> add_in_intervals(std::size_t from, std::vector<Interval> intervals) {
+  /// The likeliest of the effects that begin and end, but those that expect far less than `found`.
+  std::optional<std::size_t> add_in_intervals(std::size_t from, std::vector<Interval> intervals,
+                                              std::optional<std::size_t> found = std::nullopt) {
     std::optional<std::size_t> best;
-    for (const std::string& effect : effects_searched_from(SearchStart::interval))
-      if (const auto added = comparison_.add(
-              from, starts_in_intervals(campaign_, comparison_.all()[from], effect, intervals, options_.locate.jobs)))
+    for (const std::string& effect : effects_searched_from(SearchStart::interval)) {
+      const std::vector<Start> starts =
+          starts_in_intervals(campaign_, comparison_.all()[from], effect, intervals, options_.locate.jobs);
+      if (is_hopeless(expected_of(starts, from), found, from)) continue;
+      if (const auto added = comparison_.add(from, starts))
         if (!best || evidence(*added) > evidence(*best)) best = added;
+    }
     if (best) intervals_ = std::move(intervals);
     return best;
   }
   /// The same in the interval in which something likeliest acts.
-  std::optional<std::size_t> add_in_the_likeliest(std::size_t from) {
+  std::optional<std::size_t> add_in_the_likeliest(std::size_t from, std::optional<std::size_t> found = std::nullopt) {
     const auto interval = likeliest_interval(campaign_, comparison_.all()[from].fit, options_.locate.jobs);
-    return interval ? add_in_intervals(from, {*interval}) : std::nullopt;
+    return interval ? add_in_intervals(from, {*interval}, found) : std::nullopt;
   }
   bool is_bound_to_time(std::size_t i) const {
     return std::ranges::any_of(hypothesis(i).names(),
@@ -230,7 +241,8 @@ class Selector {
   void fit_others() {
     fit_places();
     std::vector<Interval> intervals = strongest_by_recording();
-    better(intervals.empty() ? add_in_the_likeliest(0) : add_in_intervals(0, std::move(intervals)));
+    better(intervals.empty() ? add_in_the_likeliest(0, likeliest_)
+                             : add_in_intervals(0, std::move(intervals), likeliest_));
     fit_look_alikes();
   }
 
@@ -269,7 +281,8 @@ class Selector {
 
   void fit_terms() {
     progress(0.74, "terms of what the catalogue does not hold");
-    better(comparison_.add(0, terms_beside(campaign_, comparison_.all()[0], options_.locate.jobs)));
+    const std::vector<Start> terms = terms_beside(campaign_, comparison_.all()[0], options_.locate.jobs);
+    if (!is_hopeless(expected_of(terms, 0), likeliest_, 0)) better(comparison_.add(0, terms));
   }
 
   /// What the catalogue does not hold, but is known by what it depends on; if its odds are rare, all names beside.
@@ -464,8 +477,14 @@ class Selector {
       std::optional<std::size_t> shorter;
       for (std::size_t out = 0; out < names.size(); ++out) {
         std::optional<std::size_t> reduced = std::size_t{0};
-        for (std::size_t i = 0; i < names.size() && reduced; ++i)
-          if (i != out) reduced = comparison_.add(*reduced, starts_with(*reduced, names[i]));
+        for (std::size_t i = 0; i < names.size() && reduced; ++i) {
+          if (i == out) continue;
+          const std::vector<Start> starts = starts_with(*reduced, names[i]);
+          if (is_hopeless(expected_of(starts, *reduced), chosen, *reduced))
+            reduced.reset();
+          else
+            reduced = comparison_.add(*reduced, starts);
+        }
         if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, false) &&
             (!shorter || comparison_.log_odds(*reduced) > comparison_.log_odds(*shorter)))
           shorter = reduced;

@@ -245,6 +245,7 @@ struct ComparePolicy {
   double hopeless_share_of_places = 0.8;  ///< [-] the same of places: they are many, and a step towards the best of many expects too much | origin: choice
   double far_behind = 20.0;  ///< [nats] and as far behind | origin: choice
   double far_behind_of_look_alikes = 40.0;  ///< [nats] the same of what the likeliest looks like | origin: choice
+  double beyond_doubt = 2000.0;  ///< [nats] by which what is missing leads nothing missing, which is not fitted once more then | origin: choice, time: long campaigns alone gain so much
   double close_odds = 3.0;  ///< [nats] of posterior odds within which fits are continued before they are compared | origin: choice
   std::size_t places_at_a_time = 12;  ///< [places] in one screen, which also asks what each two columns have in common: between places that is not needed | origin: choice, time
   std::size_t starts_of_places = 4;  ///< [starts] of a bank, a fender or a line | origin: choice, time
