@@ -326,7 +326,8 @@ class Selector {
     selection_.latent = known->second;
     std::set<std::string> bare = name_set(hypothesis(i));
     bare.erase(name_of_terms());
-    if (const auto gain = gain_of_terms(bare)) add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
+    if (const auto gain = gain_of_terms(comparison_.all(), bare))
+      add_kind({Dependence::states, {0, 1, 2}, kMissing, false, {}, *gain});
   }
 
   /// Kinds of what may be left beside what was chosen, with what intervals stand for.
@@ -357,21 +358,6 @@ class Selector {
     else if (same->log_evidence < kind.log_evidence)
       *same = std::move(kind);
     std::ranges::stable_sort(kinds, std::greater(), &LatentForce::log_evidence);
-  }
-
-  /// What terms gain beside effects, less what the choice among terms costs.
-  std::optional<double> gain_of_terms(const std::set<std::string>& beside) const {
-    std::set<std::string> with = beside;
-    with.insert(name_of_terms());
-    std::optional<double> of_both, alone;
-    for (std::size_t i = 0; i < comparison_.all().size(); ++i) {
-      const std::set<std::string> names = name_set(hypothesis(i));
-      const double value = evidence(i) + log_prior(hypothesis(i));
-      if (names == with) of_both = value;
-      if (names == beside) alone = value;
-    }
-    if (!of_both || !alone) return std::nullopt;
-    return *of_both - *alone - log_prior_odds_of_one(beside.size());
   }
 
   /// Those that are about as likely as the likeliest are compared where none gains any more.
@@ -480,10 +466,8 @@ class Selector {
         for (std::size_t i = 0; i < names.size() && reduced; ++i) {
           if (i == out) continue;
           const std::vector<Start> starts = starts_with(*reduced, names[i]);
-          if (is_hopeless(expected_of(starts, *reduced), chosen, *reduced))
-            reduced.reset();
-          else
-            reduced = comparison_.add(*reduced, starts);
+          const bool is_far_behind = is_hopeless(expected_of(starts, *reduced), chosen, *reduced);
+          reduced = is_far_behind ? std::nullopt : comparison_.add(*reduced, starts);
         }
         if (reduced && *reduced != 0 && !comparison_.holds(chosen, *reduced, false) &&
             (!shorter || comparison_.log_odds(*reduced) > comparison_.log_odds(*shorter)))

@@ -56,4 +56,18 @@ std::vector<Start> terms_beside(const Campaign& campaign, const Fitted& fitted, 
   return {start};
 }
 
+std::optional<double> gain_of_terms(const std::vector<Fitted>& fits, const std::set<std::string>& beside) {
+  std::set<std::string> with = beside;
+  with.insert(name_of_terms());
+  std::optional<double> of_both, alone;
+  for (const Fitted& fit : fits) {
+    const std::set<std::string> names = name_set(fit.hypothesis);
+    const double value = fit.log_evidence + log_prior(fit.hypothesis);
+    if (names == with) of_both = value;
+    if (names == beside) alone = value;
+  }
+  if (!of_both || !alone) return std::nullopt;
+  return *of_both - *alone - log_prior_odds_of_one(beside.size());
+}
+
 }  // namespace leeway::gap
