@@ -94,11 +94,11 @@ def compared(key, track):
     """d' of the case's only effect: in the frequency domain, and with feedback."""
     scene, name = law.Scene(key, track), key["names"][0]
     truth, forms = key["truth"][name], key["forms"] or None
-    columns = np.concatenate([scene.change(name, scene.level, [(truth["shape"], truth["strength"])], forms), scene.gradients[scene.level]])
+    change = scene.change(name, scene.level, [(truth["shape"], truth["strength"])], forms)
+    columns = np.concatenate([change, scene.gradients[scene.level]])
     error = np.array([key["error"], key["error"], key["error"] / (0.25 * scene.L)])
     flat = lambda a: np.moveaxis(a, 1, 0).reshape(3, len(a), -1)
     hidden = np.hypot(error, sep.left_after_refit(flat(scene.lack)[:, 0], np.moveaxis(flat(scene.gradients[2]), 0, 1)) if scene.level == 2 else 0.0)
-    white = scene.white(columns, scene.tools_S)
     noise = recording.noise_sd(scene.noise, scene.T)
     to = math.pi / 180.0
     dt = scene.track["t"][1] - scene.track["t"][0]
@@ -107,4 +107,4 @@ def compared(key, track):
     J, widths = derivatives(scene, forms), np.array([m.PRIOR[k] for k in m.FACTORS])
     one = lambda r: {"t": scene.track["t"], **{k: scene.track[k][r] for k in ("psi", "u", "v")}}
     filtered = np.concatenate([innovations(one(r), J[r], columns[:, :, r], sd, hidden, scene.tau) for r in range(scene.R)], 1)
-    return left(white, widths), left(filtered, widths)
+    return float(scene.primes(name, change)[0]), left(filtered, widths)
